@@ -121,18 +121,32 @@ static int fetch_rest(struct transfer *self, uint64_t offset, struct message *me
     return error;
 }
 
-/// Continues an earlier attempt; starts over if it belongs to another file.
+static int refuse_part(const struct transfer *self, struct message *message) {
+    return message_set(
+        message, ERROR_ARGUMENT,
+        "%s: exists and is not the beginning of %s (remove it, or give another name)", self->part,
+        self->name);
+}
+
+/// Continues an earlier attempt. What turns out to be something else stays as it was.
 static int fetch_into_part(struct transfer *self, struct message *message) {
     struct stat about;
-    uint64_t have = 0;
-    if (fstat(self->fd, &about) == 0 && (uint64_t)about.st_size <= self->size) {
-        have = (uint64_t)about.st_size;
+    if (fstat(self->fd, &about) != 0) {
+        return report_errno(self->part, message);
     }
-    int error = fetch_rest(self, have, message);
-    if (error == 0 && have > 0 && !is_right(self, self->fd)) {
-        error = fetch_rest(self, 0, message);
+    const uint64_t have = (uint64_t)about.st_size;
+    if (have > self->size) {
+        return refuse_part(self, message);
     }
-    return error == 0 && !is_right(self, self->fd) ? refuse_changed(self, message) : error;
+    const int error = fetch_rest(self, have, message);
+    if (error != 0 || is_right(self, self->fd)) {
+        return error;
+    }
+    if (have == 0) {
+        return refuse_changed(self, message);
+    }
+    return ftruncate(self->fd, (off_t)have) == 0 ? refuse_part(self, message)
+                                                 : report_errno(self->part, message);
 }
 
 /// Whether there is a local file of this name already, which then must be the instrument's:

@@ -202,9 +202,19 @@ class Remote(DaemonTest):
         raw = self.client().ask_json("fetch session/none.bin")
         self.assertEqual(answer, raw)
         self.assertFalse(answer["ok"])
-        # A partial file of another transfer under this name does no harm.
+        os.remove(there)
+        # Somebody's own file of that name stays.
+        for own in (b"something else", self.content + b"longer"):
+            with open(there + ".part", "wb") as file:
+                file.write(own)
+            done = self.vergence("fetch", "session/frame.bin", there)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+            self.assertIn("is not the beginning of session/frame.bin", done.stderr)
+            with open(there + ".part", "rb") as file:
+                self.assertEqual(file.read(), own)
+        # What an earlier attempt left is used.
         with open(there + ".part", "wb") as file:
-            file.write(b"something else")
+            file.write(self.content[:1000])
         self.assertEqual(self.vergence("fetch", "session/frame.bin", there).returncode, 0)
         with open(there, "rb") as file:
             self.assertEqual(file.read(), self.content)
