@@ -55,9 +55,24 @@ class Info(pairs.Fixture):
                                           atol=1e-9)
         whole = path.read_bytes()
         numpy.save(self.directory / "M1.npy", M1)
+        numpy.savez(path, **{f"array{number}": M1 for number in range(257)})
+        many = path.read_bytes()
+        numpy.savez(path, array7=M1)
+        few = path.read_bytes()
+        at = few.find(M1.tobytes()) + 5
+        # Each list holds the one before it many times.
+        lists = "\n".join(f"{name}: &{name} [{', '.join(['*' + inner] * 300)}]"
+                          for inner, name in ("ab", "bc", "cd"))
         for name, content, word in (("cut.npz", whole[:len(whole) // 2], "not a complete zip"),
                                     ("holes.npz", whole[:60] + bytes(200) + whole[260:], "damaged"),
                                     ("one.npy", (self.directory / "M1.npy").read_bytes(), "numpy.savez"),
+                                    ("many.npz", many, "more files than a calibration has"),
+                                    ("flipped.npz", few[:at] + bytes([few[at] ^ 1]) + few[at + 1:], "damaged"),
+                                    ("control.npz", few.replace(b"array7.", b"a\x1b[2J\n."), "name of an array"),
+                                    ("deep.json", b'{"M1": {"type_id": "opencv-matrix"}, "D": ' + b"[" * 200000,
+                                     "nested too deeply"),
+                                    ("lists.yml", f"M1: !!opencv-matrix\n  rows: 3\na: &a [1]\n{lists}\n".encode(),
+                                     "too many"),
                                     ("no.npz", b"PK\3\4" + b"PK\5\6" + bytes(18), "without arrays")):
             (self.directory / name).write_bytes(content)
             done = pairs.run("info", self.directory / name)

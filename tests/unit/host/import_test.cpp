@@ -461,6 +461,7 @@ TEST_CASE("ORB-SLAM: raw pairs, wide ones, and rectified ones") {
     CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-100));
     check_refused(settings(replace(one, "k1: 0.0", "k1: -0.2")), {}, ERROR_DISTORTION, {"LEFT.K"});
     check_refused(settings(replace(one, "45.8", "0")), {}, ERROR_BASELINE, {"above 0"});
+    check_refused(settings("Camera.type: \"Omni\"\n" + one), {}, ERROR_DISTORTION, {"Camera.type"});
     check_refused(settings(replace(one, "45.8", "[1]")), {}, ERROR_SYNTAX, {"Camera.bf"});
 
     const std::string K = "458, 0, 367, 0, 457, 248, 0, 0, 1", R = "1, 0, 0, 0, 1, 0, 0, 0, 1";

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "stereo/geometry/geometry.h"
@@ -11,6 +12,22 @@
 
 void import_fail(int code, const import_file &file, const std::string &what) {
     throw import_failure{code, file.path + ": " + what};
+}
+
+nlohmann::ordered_json import_json(const import_file &file) {
+    // Copying and destroying are recursive, so the depth is limited while reading.
+    constexpr int depth_max = 32;
+    bool too_deep = false;
+    const auto watch_depth = [&](int depth, json::parse_event_t, json &) {
+        too_deep = too_deep || depth > depth_max;
+        return !too_deep;
+    };
+    json root = json::parse(file.text, watch_depth, false);
+    if (too_deep || !root.is_object()) {
+        import_fail(ERROR_SYNTAX, file,
+                    too_deep ? "is nested too deeply" : "is not a complete JSON object");
+    }
+    return root;
 }
 
 std::vector<double> import_numbers(const import_file &file, const std::string &place,
@@ -140,6 +157,8 @@ void import_camera_matrix(const import_file &file, const std::string &field,
 }
 
 namespace {
+
+using json = nlohmann::ordered_json;
 
 /// Whether any of D[begin, end) is not 0.
 bool any_of(const std::vector<double> &D, int begin, int end) {

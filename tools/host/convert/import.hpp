@@ -6,6 +6,7 @@
 
 #include <array>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -99,6 +100,9 @@ bool import_kitti_matches(const std::string &text);
 // Shared by the importers.
 
 [[noreturn]] void import_fail(int code, const import_file &file, const std::string &what);
+
+/// The JSON object in a file; rejects any other text, and one nested too deeply.
+nlohmann::ordered_json import_json(const import_file &file);
 
 /// All numbers of `text`, separated by blanks, commas or semicolons; exactly `count` of them,
 /// finite. `place` names line and field for the message.

@@ -202,8 +202,8 @@ import_pair import_depthai(const import_file &file, const import_options &) {
     pair.format = "DepthAI";
     pair.tag = "depthai";
     pair.format_unit_mm = 10;
-    const json root = json::parse(file.text, nullptr, false);
-    if (!root.is_object() || !child(file, "this file", root, "cameraData").is_array()) {
+    const json root = import_json(file);
+    if (!child(file, "this file", root, "cameraData").is_array()) {
         import_fail(ERROR_SYNTAX, file, "is not a complete JSON file of DepthAI");
     }
     eeprom from = {file, {}};

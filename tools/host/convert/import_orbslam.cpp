@@ -75,9 +75,25 @@ void read_size(const import_file &file, const settings &from, const std::string 
     }
 }
 
-/// Camera.type: the equidistant lenses are KannalaBrandt8.
+/// Camera.type: the equidistant lenses are KannalaBrandt8; other wide ones are not supported.
 bool is_equidistant(const import_file &file) {
     return file.text.find("KannalaBrandt8") != std::string::npos;
+}
+
+void check_type(const import_file &file) {
+    const std::string key = "Camera.type:";
+    const size_t at = file.text.find(key);
+    if (at == std::string::npos) {
+        return;
+    }
+    const std::string rest = file.text.substr(at + key.size(), 32);
+    for (const char *const known : {"PinHole", "Rectified", "KannalaBrandt8"}) {
+        if (rest.find(known) != std::string::npos) {
+            return;
+        }
+    }
+    import_fail(ERROR_DISTORTION, file,
+                "Camera.type: only PinHole, Rectified and KannalaBrandt8 are supported");
 }
 
 lens read_lens(const import_file &file, const settings &from, const std::string &prefix) {
@@ -164,6 +180,7 @@ bool import_orbslam_matches(const std::string &text) {
 }
 
 import_pair import_orbslam(const import_file &file, const import_options &options) {
+    check_type(file);
     import_pair pair;
     pair.format = "ORB-SLAM";
     pair.tag = "orbslam";

@@ -101,10 +101,7 @@ void set_cameras(const import_file &file, const mode &one, import_pair *pair) {
 
 import_pair import_table(const import_file &file, const import_options &options) {
     import_pair pair;
-    const json root = json::parse(file.text, nullptr, false);
-    if (!root.is_object()) {
-        import_fail(ERROR_SYNTAX, file, "is not a complete JSON object");
-    }
+    const json root = import_json(file);
     set_cameras(file, mode_of(file, table_modes(file, root), options), &pair);
     pair.value.translation_right_left_mm[0] =
         -std::fabs(number(file, root, "baseline")) * import_unit_mm(options, 1, &pair);

@@ -97,10 +97,14 @@ void add_member(const import_file &file, const std::string &name, json member, i
 
 // YAML. OpenCV's first line, %YAML:1.0, is rejected by YAML parsers.
 
-// Anchors can make a node its own child: nothing is read below the rows of a matrix's data.
-constexpr int yaml_depth_max = 4;
+// Anchors can make a node its own child, or the child of many: nothing is read below the rows of a
+// matrix's data, and no more nodes than a calibration has.
+constexpr int yaml_depth_max = 4, yaml_nodes_max = 100000;
 
-json json_of(const import_file &file, const YAML::Node &node, int depth) {
+json json_of(const import_file &file, const YAML::Node &node, int depth, int *nodes) {
+    if (++*nodes > yaml_nodes_max) {
+        fail(file, "it has too many entries");
+    }
     if (node.IsScalar()) {
         return value_of(node.Scalar());
     }
@@ -110,10 +114,10 @@ json json_of(const import_file &file, const YAML::Node &node, int depth) {
     }
     for (const auto &item : node) {
         if (node.IsSequence()) {
-            value.push_back(json_of(file, item, depth + 1));
+            value.push_back(json_of(file, item, depth + 1, nodes));
         } else if (item.first.IsScalar()) {
-            add_member(file, item.first.Scalar(), json_of(file, item.second, depth + 1), depth,
-                       &value);
+            add_member(file, item.first.Scalar(), json_of(file, item.second, depth + 1, nodes),
+                       depth, &value);
         }
     }
     return value;
@@ -148,20 +152,13 @@ json read_yaml(const import_file &file) {
         if (!root.IsMap()) {
             fail(file, "it contains no names");
         }
-        return json_of(file, root, 0);
+        int nodes = 0;
+        return json_of(file, root, 0, &nodes);
     } catch (const YAML::Exception &error) {
         // The library has no message for excessive nesting.
         const std::string why = error.msg == "bad file" ? "nested too deeply" : error.msg;
         fail(file, "line " + std::to_string(error.mark.line + 1) + ": " + why);
     }
-}
-
-json read_json(const import_file &file) {
-    json root = json::parse(file.text, nullptr, false);
-    if (!root.is_object()) {
-        fail(file, "it is not a JSON object");
-    }
-    return root;
 }
 
 // XML: elements, attributes (skipped), text, comments and the declaration, which is all that
@@ -310,7 +307,7 @@ std::vector<import_storage_entry> import_storage_read(const import_file &file) {
     const size_t first = file.text.find_first_not_of(" \t\r\n");
     const char begin = first == std::string::npos ? '\0' : file.text[first];
     const json root = begin == '<'   ? json_of(file, xml_reader(file).read_document(), 0)
-                      : begin == '{' ? read_json(file)
+                      : begin == '{' ? import_json(file)
                                      : read_yaml(file);
     std::vector<import_storage_entry> entries;
     for (const auto &pair : root.items()) {

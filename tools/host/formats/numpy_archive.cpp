@@ -12,6 +12,7 @@ namespace {
 
 const size_t numbers_max = 4096, header_max = 4096;
 const size_t array_bytes_max = 64 + header_max + 8 * numbers_max;
+const size_t members_max = 256, name_bytes_max = 64;
 const size_t end_bytes = 22, entry_bytes = 46, local_bytes = 30;
 
 /// A little-endian number of `count` bytes; the caller has checked that they are there.
@@ -185,7 +186,15 @@ bool read_member(const std::string &bytes, size_t entry, std::string *member) {
     }
     *member = method == 0 ? bytes.substr(begin, std::min(packed, array_bytes_max))
                           : inflated(bytes.substr(begin, packed), array_bytes_max);
-    return true;
+    // Of one that is longer only the beginning was read.
+    return whole_at(bytes, entry + 24, 4) > array_bytes_max ||
+           crc32(0, reinterpret_cast<const unsigned char *>(member->data()),
+                 static_cast<unsigned>(member->size())) == whole_at(bytes, entry + 16, 4);
+}
+
+bool is_plain(const std::string &name) {
+    return name.size() <= name_bytes_max &&
+           std::all_of(name.begin(), name.end(), [](char c) { return c > ' ' && c <= '~'; });
 }
 
 }  // namespace
@@ -206,7 +215,12 @@ bool numpy_archive_read(const std::string &bytes, std::vector<numpy_array> *arra
         return false;
     }
     size_t at = whole_at(bytes, end + 16, 4);
-    for (uint64_t left = whole_at(bytes, end + 10, 2); left > 0; left--) {
+    uint64_t left = whole_at(bytes, end + 10, 2);
+    if (left > members_max) {
+        *reason = "a zip of more files than a calibration has";
+        return false;
+    }
+    for (; left > 0; left--) {
         if (!has(bytes, at, entry_bytes) || bytes.compare(at, 4, "PK\1\2") != 0) {
             return false;
         }
@@ -218,6 +232,10 @@ bool numpy_archive_read(const std::string &bytes, std::vector<numpy_array> *arra
         const size_t stem = name.size() < 4 ? 0 : name.size() - 4;
         if (name.compare(stem, 4, ".npy") == 0) {
             numpy_array array{name.substr(0, stem), {}, {}};
+            if (!is_plain(array.name)) {
+                *reason += ": the name of an array is damaged";
+                return false;
+            }
             if (!read_member(bytes, at, &member) || !read_array(member, &array)) {
                 *reason += ": " + array.name + " is damaged";
                 return false;
