@@ -31,6 +31,7 @@ struct transfer {
     const char *local;      // here
     char part[PATH_BYTES];  // where it is collected
     int fd;
+    uint64_t have;  // bytes that an earlier attempt left in it
     uint64_t size;
     uint32_t crc;
     uint8_t data[BLOCK_SOCKET];
@@ -121,32 +122,19 @@ static int fetch_rest(struct transfer *self, uint64_t offset, struct message *me
     return error;
 }
 
-static int refuse_part(const struct transfer *self, struct message *message) {
-    return message_set(
-        message, ERROR_ARGUMENT,
-        "%s: exists and is not the beginning of %s (remove it, or give another name)", self->part,
-        self->name);
-}
-
 /// Continues an earlier attempt. What turns out to be something else stays as it was.
 static int fetch_into_part(struct transfer *self, struct message *message) {
-    struct stat about;
-    if (fstat(self->fd, &about) != 0) {
-        return report_errno(self->part, message);
-    }
-    const uint64_t have = (uint64_t)about.st_size;
-    if (have > self->size) {
-        return refuse_part(self, message);
-    }
-    const int error = fetch_rest(self, have, message);
+    const int error = self->have <= self->size ? fetch_rest(self, self->have, message) : 0;
     if (error != 0 || is_right(self, self->fd)) {
         return error;
     }
-    if (have == 0) {
+    if (self->have == 0) {
         return refuse_changed(self, message);
     }
-    return ftruncate(self->fd, (off_t)have) == 0 ? refuse_part(self, message)
-                                                 : report_errno(self->part, message);
+    return ftruncate(self->fd, (off_t)self->have) == 0
+               ? message_set(message, ERROR_ARGUMENT, "%s: is not the beginning of %s (remove it)",
+                             self->part, self->name)
+               : report_errno(self->part, message);
 }
 
 /// Whether there is a local file of this name already, which then must be the instrument's:
@@ -186,7 +174,9 @@ static int open_part(struct transfer *self, struct message *message) {
     if (self->fd < 0) {
         return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
     }
-    return fstat(self->fd, &about) == 0 && S_ISREG(about.st_mode)
+    const bool known = fstat(self->fd, &about) == 0;
+    self->have = known ? (uint64_t)about.st_size : 0;
+    return known && S_ISREG(about.st_mode)
                ? 0
                : message_set(message, ERROR_ARGUMENT, "%s: exists and is not a file (remove it)",
                              self->part);
@@ -375,13 +365,6 @@ static int fetch_directory(struct transfer *self, struct remote_written *written
     return error;
 }
 
-/// Whether the instrument has a directory of this name.
-static bool is_directory(struct remote *remote, const char *name) {
-    const struct cJSON *result = NULL;
-    struct message ignored;
-    return remote_call_about(remote, "files", name, &result, &ignored, "%s", "") == 0;
-}
-
 int remote_fetch(struct remote *remote, const char *name, const char *local,
                  struct remote_written *written, struct message *message) {
     // Completion leaves a slash after a directory.
@@ -405,7 +388,10 @@ int remote_fetch(struct remote *remote, const char *name, const char *local,
     self->size = 0;
     int error = fetch(self, message);
     written->bytes = error == 0 ? self->size : 0;
-    if (error == ERROR_REFUSED && is_directory(remote, plain)) {
+    const struct cJSON *names = NULL;
+    struct message ignored;
+    if (error == ERROR_REFUSED &&
+        remote_call_about(remote, "files", plain, &names, &ignored, "%s", "") == 0) {
         error = fetch_directory(self, written, message);
     }
     free(self);

@@ -112,25 +112,29 @@ static int use_saved(const struct calibration_text *text,
     return calibration_match(&calibration, state, accept, message);
 }
 
+static bool has_open_play(const struct rig *rig, unsigned side, enum lens_axis axis) {
+    return rig_has_axis(&rig->profile, side, axis) &&
+           rig->profile.lens.axis[axis].backlash_counts > 0 &&
+           rig->camera[side].lens.commanded[axis] == INT32_MIN;
+}
+
 /// A ring is where a calibration of all zooms expects it only after a move, which takes up the
 /// play.
 static void say_open_play(const struct command_call *call) {
-    for (unsigned side = 0; side < RIG_SIDES; side++) {
-        for (int axis = LENS_ZOOM; axis <= LENS_FOCUS; axis++) {
-            const int32_t play = call->rig->profile.lens.axis[axis].backlash_counts;
-            if (!rig_has_axis(&call->rig->profile, side, (enum lens_axis)axis) || play == 0 ||
-                call->rig->camera[side].lens.commanded[axis] != INT32_MIN) {
-                continue;
-            }
-            struct message message;
-            (void)message_set(&message, 0,
-                              "%s %s was not driven since the bring-up, and may be off by the play "
-                              "of its gear, %d counts: %s N drives it",
-                              rig_side_names[side], lens_axis_names[axis], (int)play,
-                              lens_axis_names[axis]);
-            reply_text(call, "note", message.text);
-            return;
+    for (unsigned i = 0; i < 2 * RIG_SIDES; i++) {
+        const enum lens_axis axis = i % 2 == 0 ? LENS_ZOOM : LENS_FOCUS;
+        if (!has_open_play(call->rig, i / 2, axis)) {
+            continue;
         }
+        struct message message;
+        (void)message_set(&message, 0,
+                          "%s %s was not driven since the bring-up, and may be off by the play of "
+                          "its gear, %d counts: %s N drives it",
+                          rig_side_names[i / 2], lens_axis_names[axis],
+                          (int)call->rig->profile.lens.axis[axis].backlash_counts,
+                          lens_axis_names[axis]);
+        reply_text(call, "note", message.text);
+        return;
     }
 }
 
@@ -159,10 +163,13 @@ int commands_calibration_of_pair(const struct command_call *call, struct capture
         reply_text(call, "accepted_mismatch", message.text);
         return 0;
     }
-    if (error == 0 && captured->calibration_own) {
+    if (error != 0) {
+        return command_fail(call, error, "%s", message.text);
+    }
+    if (captured->calibration_own) {
         say_open_play(call);
     }
-    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+    return 0;
 }
 
 /// The state as a pair taken now would have it, with the positions last read.

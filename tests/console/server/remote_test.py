@@ -203,7 +203,7 @@ class Remote(DaemonTest):
         self.assertEqual(answer, raw)
         self.assertFalse(answer["ok"])
         os.remove(there)
-        # Somebody's own file of that name stays.
+        # A user's own file of that name stays.
         for own in (b"something else", self.content + b"longer"):
             with open(there + ".part", "wb") as file:
                 file.write(own)

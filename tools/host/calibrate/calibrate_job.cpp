@@ -102,6 +102,12 @@ class runner {
     int begin() {
         message last_error{};
         const bool zooms = is_at_many_zooms() && job_.zoom.empty();
+        if (zooms && job_.distortion) {
+            return fail(
+                CLIENT_BAD_INPUT,
+                "--model: lenses at all zooms have k1 k2 p1 p2: omit it, or name the pictures "
+                "of one zoom");
+        }
         std::vector<const char *> names(result_names + 2, result_names + result_count);
         names.insert(names.end(), job_.single ? 0 : 1, result_names[zooms ? 1 : 0]);
         if (!job_.verify &&
@@ -120,12 +126,6 @@ class runner {
         }
         if (!job_.zoom.empty()) {
             return touch_up_steps();
-        }
-        if (job_.distortion && is_at_many_zooms()) {
-            return fail(
-                CLIENT_BAD_INPUT,
-                "--model: lenses at all zooms have k1 k2 p1 p2: omit it, or name the pictures "
-                "of one zoom");
         }
         find_views();
         if (!have_enough()) {

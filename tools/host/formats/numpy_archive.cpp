@@ -197,6 +197,27 @@ bool is_plain(const std::string &name) {
            std::all_of(name.begin(), name.end(), [](char c) { return c > ' ' && c <= '~'; });
 }
 
+/// Adds the array of an entry of the zip's directory; another member is skipped.
+bool read_entry(const std::string &bytes, size_t entry, const std::string &name,
+                std::vector<numpy_array> *arrays, std::string *reason) {
+    const size_t stem = name.size() < 4 ? 0 : name.size() - 4;
+    if (name.compare(stem, 4, ".npy") != 0) {
+        return true;
+    }
+    numpy_array array{name.substr(0, stem), {}, {}};
+    std::string member;
+    if (!is_plain(array.name)) {
+        *reason += ": the name of an array is damaged";
+        return false;
+    }
+    if (!read_member(bytes, entry, &member) || !read_array(member, &array)) {
+        *reason += ": " + array.name + " is damaged";
+        return false;
+    }
+    arrays->push_back(array);
+    return true;
+}
+
 }  // namespace
 
 bool numpy_archive_matches(const std::string &bytes) {
@@ -228,19 +249,8 @@ bool numpy_archive_read(const std::string &bytes, std::vector<numpy_array> *arra
         if (!has(bytes, at + entry_bytes, name_bytes)) {
             return false;
         }
-        std::string name = bytes.substr(at + entry_bytes, name_bytes), member;
-        const size_t stem = name.size() < 4 ? 0 : name.size() - 4;
-        if (name.compare(stem, 4, ".npy") == 0) {
-            numpy_array array{name.substr(0, stem), {}, {}};
-            if (!is_plain(array.name)) {
-                *reason += ": the name of an array is damaged";
-                return false;
-            }
-            if (!read_member(bytes, at, &member) || !read_array(member, &array)) {
-                *reason += ": " + array.name + " is damaged";
-                return false;
-            }
-            arrays->push_back(array);
+        if (!read_entry(bytes, at, bytes.substr(at + entry_bytes, name_bytes), arrays, reason)) {
+            return false;
         }
         at += entry_bytes + name_bytes + whole_at(bytes, at + 30, 2) + whole_at(bytes, at + 32, 2);
     }
