@@ -54,6 +54,8 @@ class Info(pairs.Fixture):
             numpy.testing.assert_allclose(page["rotation_right_left_rad"], [.01, -.02, .005],
                                           atol=1e-9)
         whole = path.read_bytes()
+        numpy.savez(path, K1=M1, D1=D, K2=M2, D2=D, R=R, T=-T, imageSize=(640, 480))
+        self.assertIn("left camera is on the right", str(self.pages(path)["pair.npz"]["assumed"]))
         numpy.save(self.directory / "M1.npy", M1)
         numpy.savez(path, **{f"array{number}": M1 for number in range(257)})
         many = path.read_bytes()

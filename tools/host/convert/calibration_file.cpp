@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -396,6 +397,17 @@ void set_id(const std::vector<import_file> &files, import_pair *pair) {
     std::snprintf(pair->value.id, sizeof pair->value.id, "%s-%08x", pair->tag.c_str(), crc);
 }
 
+/// Says where the left camera is on the right, which another sign of the translation causes, too.
+void question_sides(import_pair *pair) {
+    const double *const t_mm = pair->value.translation_right_left_mm;
+    const double *const r_rad = pair->value.rotation_right_left_rad;
+    const bool alike = std::hypot(r_rad[0], r_rad[1], r_rad[2]) < 1;
+    if (alike && t_mm[0] > std::hypot(t_mm[1], t_mm[2])) {
+        pair->assumed.push_back(
+            "left camera is on the right: if it is not, the translation has the wrong sign");
+    }
+}
+
 /// Rounds, validates, and detects a pair that is rectified without saying so.
 void finish_import(const std::string &path, import_pair *pair) {
     calibration_fault fault{};
@@ -411,6 +423,7 @@ void finish_import(const std::string &path, import_pair *pair) {
             pair->assumed.push_back("ideal parallel cameras: images pass through unchanged");
         }
     }
+    question_sides(pair);
 }
 
 }  // namespace
