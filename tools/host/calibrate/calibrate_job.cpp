@@ -381,7 +381,7 @@ class runner {
             add_reason(
                 "the right camera is to the left of the left one: left and right are swapped "
                 "(exchange them in the files' names, or name the right folder or pattern first), "
-                "or the pictures are mirrored (switch mirroring off)");
+                "or the pictures are mirrored (switch mirroring off) or upside down (turn them)");
         }
         if (!fault_text().empty()) {
             const bool apart = fault_text() == apart_text();
