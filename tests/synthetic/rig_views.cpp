@@ -135,6 +135,21 @@ RigViews empty_views(const RigViewsPlan &plan, Random &random) {
 
 }  // namespace
 
+RigViewsPlan handheld_plan() {
+    RigViewsPlan plan;
+    plan.width = 1280;
+    plan.height = 960;
+    plan.focal_px = 1000;
+    plan.columns = 9;
+    plan.rows = 6;
+    plan.boards = 15;
+    plan.distance_mm = 900;
+    plan.baseline_mm = 120;
+    plan.depth_range = 0.35;
+    plan.fill = 0.45;
+    return plan;
+}
+
 int draws(int default_value) {
     const char *text = std::getenv("VERGENCE_DRAWS");
     return text != nullptr ? std::max(1, std::atoi(text)) : default_value;

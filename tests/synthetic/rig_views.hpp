@@ -43,6 +43,9 @@ struct RigViewsPlan {
     bool all_in_view = true;    // false: corners outside an image are simply not seen
 };
 
+/// A board of 9 x 6 corners held by hand in front of two webcams, 0.9 m away.
+RigViewsPlan handheld_plan();
+
 struct RigViews {
     calib::observations seen;
     Rig rig;

@@ -16,18 +16,8 @@ namespace {
 const int kScenes = synthetic::rounds(8, 1);
 
 synthetic::RigViewsPlan handheld() {
-    synthetic::RigViewsPlan plan;
-    plan.width = 1280;
-    plan.height = 960;
-    plan.focal_px = 1000;
-    plan.columns = 9;
-    plan.rows = 6;
-    plan.boards = 15;
-    plan.distance_mm = 900;
-    plan.baseline_mm = 120;
-    plan.depth_range = 0.35;
+    synthetic::RigViewsPlan plan = synthetic::handheld_plan();
     plan.k1_px = -20;
-    plan.fill = 0.45;
     return plan;
 }
 

@@ -191,17 +191,7 @@ TEST_CASE("a wide lens forced into a model that is too narrow is named first, wi
 }
 
 TEST_CASE("a lens that no model follows is named first, and something that moved is not a lens") {
-    synthetic::RigViewsPlan plan;
-    plan.width = 1280;
-    plan.height = 960;
-    plan.focal_px = 1000;
-    plan.columns = 9;
-    plan.rows = 6;
-    plan.boards = 15;
-    plan.distance_mm = 900;
-    plan.baseline_mm = 120;
-    plan.depth_range = 0.35;
-    plan.fill = 0.45;
+    synthetic::RigViewsPlan plan = synthetic::handheld_plan();
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=" << seed);
     for (uint64_t i = 0; i < uint64_t(synthetic::rounds(3, 1)); i++) {
