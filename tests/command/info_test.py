@@ -73,6 +73,8 @@ class Info(pairs.Fixture):
                                     ("control.npz", few.replace(b"array7.", b"a\x1b[2J\n."), "name of an array"),
                                     ("deep.json", b'{"M1": {"type_id": "opencv-matrix"}, "D": ' + b"[" * 200000,
                                      "nested too deeply"),
+                                    ("deep.glb", b"glTF" + struct.pack("<IIII", 2, 200032, 200012, 0x4e4f534a)
+                                     + b'{"asset":' + b"[" * 200003, "nested too deeply"),
                                     ("lists.yml", f"M1: !!opencv-matrix\n  rows: 3\na: &a [1]\n{lists}\n".encode(),
                                      "too many"),
                                     ("no.npz", b"PK\3\4" + b"PK\5\6" + bytes(18), "without arrays")):

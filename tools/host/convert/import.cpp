@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "stereo/geometry/geometry.h"
+#include "tools/host/formats/json_limited.hpp"
 #include "tools/host/formats/report_text.hpp"
 
 void import_fail(int code, const import_file &file, const std::string &what) {
@@ -15,14 +15,8 @@ void import_fail(int code, const import_file &file, const std::string &what) {
 }
 
 nlohmann::ordered_json import_json(const import_file &file) {
-    // Copying and destroying are recursive, so the depth is limited while reading.
-    constexpr int depth_max = 32;
-    bool too_deep = false;
-    const auto watch_depth = [&](int depth, json::parse_event_t, json &) {
-        too_deep = too_deep || depth > depth_max;
-        return !too_deep;
-    };
-    json root = json::parse(file.text, watch_depth, false);
+    bool too_deep;
+    nlohmann::ordered_json root = json_limited(file.text, 32, &too_deep);
     if (too_deep || !root.is_object()) {
         import_fail(ERROR_SYNTAX, file,
                     too_deep ? "is nested too deeply" : "is not a complete JSON object");
@@ -157,8 +151,6 @@ void import_camera_matrix(const import_file &file, const std::string &field,
 }
 
 namespace {
-
-using json = nlohmann::ordered_json;
 
 /// Whether any of D[begin, end) is not 0.
 bool any_of(const std::vector<double> &D, int begin, int end) {

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "tools/host/formats/json_limited.hpp"
 #include "tools/host/info/info.hpp"
 
 namespace {
@@ -398,7 +399,11 @@ bool info_glb(const std::string &path, info_page *page, std::string *message) {
     }
     page->kind = "mesh (binary glTF)";
     try {
-        const json document = json::parse(bytes.substr(20, u32_at(bytes, 12)));
+        bool too_deep;
+        const json document = json_limited(bytes.substr(20, u32_at(bytes, 12)), 32, &too_deep);
+        if (too_deep) {
+            return damaged(path, "the glTF description in it is nested too deeply", message);
+        }
         const std::string version = document.at("asset").at("version").get<std::string>();
         page->add("version", "version", version, version);
         page->add("bytes", "size", std::to_string(bytes.size()) + " bytes", bytes.size());

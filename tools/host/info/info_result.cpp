@@ -3,6 +3,7 @@
 /// version) are omitted.
 #include <fstream>
 
+#include "tools/host/formats/json_limited.hpp"
 #include "tools/host/formats/report_text.hpp"
 #include "tools/host/info/info.hpp"
 
@@ -138,13 +139,8 @@ void add_reconstruction(const json &document, info_page *page) {
 
 bool info_result(const std::string &path, info_page *page, std::string *message) {
     std::ifstream stream(path, std::ios::binary);
-    // Printing is recursive, so the depth is limited while reading.
-    bool too_deep = false;
-    const auto watch_depth = [&](int depth, json::parse_event_t, json &) {
-        too_deep = too_deep || depth > depth_max;
-        return !too_deep;
-    };
-    const json document = json::parse(stream, watch_depth, false);
+    bool too_deep;
+    const json document = json_limited(stream, depth_max, &too_deep);
     if (too_deep || document.is_discarded() || !document.is_object() ||
         find(document, "program") != "vergence") {
         *message = path + ": not a result of vergence, or damaged";
