@@ -4,7 +4,6 @@
 #ifndef VERGENCE_CALIB_DETECT_DETECT_FIT_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_FIT_HPP
 
-#include <cmath>
 #include <optional>
 
 #include "calib/detect/detect_pyramid.hpp"
