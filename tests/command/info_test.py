@@ -42,7 +42,7 @@ class Info(pairs.Fixture):
                                "imageSize": (640, 480), "objpoints": numpy.array([{}])}),
                 (numpy.savez_compressed, {
                     "K0": M1, "D0": D[0], "K1": M2, "D1": D[0] / 2, "R": numpy.asfortranarray(R),
-                    "T": T[:, 0].astype("f4"), "size": numpy.array([640, 480], "i4"),
+                    "T": T[:, 0].astype(">f4"), "size": numpy.array([640, 480], "i4"),
                     "rms": 0.25, "big": numpy.zeros((300, 300)), "name": numpy.array("a rig")})):
             save(path, **arrays)
             page = self.pages(path)["pair.npz"]
@@ -65,7 +65,18 @@ class Info(pairs.Fixture):
         # Each list holds the one before it many times.
         lists = "\n".join(f"{name}: &{name} [{', '.join(['*' + inner] * 300)}]"
                           for inner, name in ("ab", "bc", "cd"))
-        for name, content, word in (("cut.npz", whole[:len(whole) // 2], "not a complete zip"),
+        pair = {"K1": M1, "D1": D, "K2": M2, "D2": D, "R": R, "T": T, "imageSize": (640, 480)}
+        unread = {}
+        for key, value, word in (("T", T.astype(object), "T: has numpy's type '|O' and shape (3, 1)"),
+                                 ("R", numpy.array([R, R]), "R: has numpy's type '<f8' and shape (2, 3, 3)"),
+                                 ("K2", M2.astype("f2"), "K2: has numpy's type '<f2'"),
+                                 ("D1", D.astype(complex), "D1: has numpy's type '<c16'"),
+                                 ("R", R.astype([("a", "f8")]), "R: has numpy's type 'a")):
+            numpy.savez(path, **{**pair, key: value})
+            unread[word] = path.read_bytes()
+        for name, content, word in (*((f"unread{i}.npz", content, word)
+                                      for i, (word, content) in enumerate(unread.items())),
+                                    ("cut.npz", whole[:len(whole) // 2], "not a complete zip"),
                                     ("holes.npz", whole[:60] + bytes(200) + whole[260:], "damaged"),
                                     ("one.npy", (self.directory / "M1.npy").read_bytes(), "numpy.savez"),
                                     ("many.npz", many, "more files than a calibration has"),

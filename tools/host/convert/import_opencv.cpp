@@ -30,6 +30,7 @@ struct finding {
 
 struct findings {
     std::map<std::pair<role, int>, finding> all;
+    std::map<std::pair<role, int>, std::string> unread;  // entries that hold no numbers, and why
     int width_px = 0, height_px = 0;
     double rms_px = 0;
     bool fisheye = false;  // the lenses are those of cv::fisheye
@@ -198,6 +199,17 @@ int number_of_left(const std::vector<import_storage_entry> &entries) {
                : 1;
 }
 
+/// As `role_of`; a camera's value without a side has that of its file.
+bool side_of_role(const std::string &name, int base, int file_side, role *what, int *side) {
+    if (!role_of(name, base, what, side)) {
+        return false;
+    }
+    if (*side == 2 && (*what == MATRIX || *what == DISTORTION)) {
+        *side = file_side;
+    }
+    return true;
+}
+
 void read_file(const import_file &file, int file_side, findings *result) {
     const std::vector<import_storage_entry> entries = import_storage_read(file);
     const int base = number_of_left(entries);
@@ -208,12 +220,13 @@ void read_file(const import_file &file, int file_side, findings *result) {
         role what;
         int side;
         finding found{&file, entry.name, {}, 0, 0};
-        if (!role_of(entry.name, base, &what, &side) || !read_values(file, entry, &found)) {
+        if (!side_of_role(entry.name, base, file_side, &what, &side) ||
+            !read_values(file, entry, &found)) {
+            if (!entry.unread.empty() && side_of_role(entry.name, base, file_side, &what, &side)) {
+                result->unread.insert({{what, side}, entry.name + ": " + entry.unread});
+            }
             read_extras(entry, plain, result);
             continue;
-        }
-        if (side == 2 && (what == MATRIX || what == DISTORTION)) {
-            side = file_side;
         }
         const auto added = result->all.insert({{what, side}, found});
         if (!added.second) {
@@ -227,6 +240,10 @@ void read_file(const import_file &file, int file_side, findings *result) {
 const finding &required(const import_file &file, const findings &from, role what, int side,
                         const std::string &default_name) {
     const finding *found = from.find(what, side);
+    const auto unread = from.unread.find({what, side});
+    if (found == nullptr && unread != from.unread.end()) {
+        import_fail(ERROR_SYNTAX, file, unread->second);
+    }
     if (found == nullptr && from.find(MATRIX, 2) != nullptr) {
         import_fail(ERROR_MISSING, file,
                     "contains one camera only (" + from.find(MATRIX, 2)->name +

@@ -273,6 +273,16 @@ json json_of(const import_file &file, const element &parent, int depth) {
     return value.is_array() && value.size() == 1 && parent.name != "data" ? value[0] : value;
 }
 
+/// What an array is that is no number, list or matrix of real numbers.
+std::string unread_array(const numpy_array &array) {
+    std::string shape;
+    for (const long length : array.shape) {
+        shape += (shape.empty() ? "" : ", ") + std::to_string(length);
+    }
+    return "has numpy's type '" + array.type + "' and shape (" + shape +
+           "): save it as one matrix or list of numbers (numpy.asarray(..., float))";
+}
+
 std::vector<import_storage_entry> read_numpy(const import_file &file) {
     std::vector<numpy_array> arrays;
     std::string reason;
@@ -288,6 +298,8 @@ std::vector<import_storage_entry> read_numpy(const import_file &file) {
             entry.kind = array.shape.empty()       ? kind::number
                          : array.shape.size() == 1 ? kind::list
                                                    : kind::matrix;
+        } else {
+            entry.unread = unread_array(array);
         }
         if (entry.kind == kind::matrix) {
             entry.rows = static_cast<int>(array.shape[0]);

@@ -17,6 +17,7 @@ struct import_storage_entry {
     import_storage_kind kind = import_storage_kind::other;
     int rows = 0, columns = 0, channels = 1;  // of a matrix
     std::vector<double> numbers;              // one, the list's, or the matrix's row by row
+    std::string unread;                       // what an array of kind other is, where it is known
 };
 
 /// All entries in the order of the file. Throws `import_failure` for a damaged file. A word in the

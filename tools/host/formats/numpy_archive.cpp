@@ -57,9 +57,15 @@ std::string header_value(const std::string &header, const std::string &key, char
     return header.substr(begin, std::min(header.find(end, begin), header.size()) - begin);
 }
 
-/// One number of a type such as f8, u1 or i4.
-double number_at(const std::string &bytes, size_t at, char kind, int size) {
-    const uint64_t bits = whole_at(bytes, at, size);
+/// One number of a type such as <f8, |u1 or >i4.
+double number_at(const std::string &bytes, size_t at, const std::string &type) {
+    const char kind = type[1];
+    const int size = type[2] - '0';
+    std::string one = bytes.substr(at, static_cast<size_t>(size));
+    if (type[0] == '>') {
+        std::reverse(one.begin(), one.end());
+    }
+    const uint64_t bits = whole_at(one, 0, size);
     if (kind == 'f' && size == 8) {
         double value;
         std::memcpy(&value, &bits, sizeof value);
@@ -117,18 +123,20 @@ bool read_header(const std::string &bytes, std::string *header, size_t *begin) {
     return true;
 }
 
-/// Kind and size of the numbers, such as f8, u1 or i4; "" for others than little-endian reals.
+/// The type of the numbers as the header names it, such as <f8, |u1 or >i4; structured types are
+/// cut off at their first comma.
 std::string type_of(const std::string &header) {
     const std::string type = header_value(header, "descr", ',');
-    const size_t quote = type.find('\'');
-    static const char *const known[] = {"<f8", "<f4", "<i8", "<i4", "<i2",
-                                        "|i1", "<u8", "<u4", "<u2", "|u1"};
-    for (const char *const one : known) {
-        if (quote != std::string::npos && type.compare(quote + 1, 3, one) == 0) {
-            return one + 1;
-        }
-    }
-    return "";
+    const size_t begin = type.find_first_not_of(" '[(");
+    return begin == std::string::npos ? ""
+                                      : type.substr(begin, type.find_last_not_of(" '") + 1 - begin);
+}
+
+bool is_real(const std::string &type) {
+    return type.size() == 3 && std::strchr("<>|", type[0]) != nullptr &&
+           (type[1] == 'f' ? type[2] == '4' || type[2] == '8'
+                           : std::strchr("iu", type[1]) != nullptr &&
+                                 std::strchr("1248", type[2]) != nullptr);
 }
 
 /// The product of the lengths, at most one more than `numbers_max`.
@@ -149,12 +157,12 @@ bool read_array(const std::string &bytes, numpy_array *array) {
         !read_shape(header_value(header, "shape", ')'), &array->shape)) {
         return false;
     }
-    const std::string type = type_of(header);
+    array->type = type_of(header);
     const size_t count = count_of(array->shape);
-    if (type.empty() || count > numbers_max) {
+    if (!is_real(array->type) || count > numbers_max) {
         return true;
     }
-    const size_t size = static_cast<size_t>(type[1] - '0');
+    const size_t size = static_cast<size_t>(array->type[2] - '0');
     if (!has(bytes, begin, count * size)) {
         return false;
     }
@@ -165,8 +173,7 @@ bool read_array(const std::string &bytes, numpy_array *array) {
     const size_t columns = by_columns ? static_cast<size_t>(array->shape[1]) : 1;
     for (size_t i = 0; i < count; i++) {
         const size_t from = by_columns ? i % columns * rows + i / columns : i;
-        array->numbers.push_back(
-            number_at(bytes, begin + from * size, type[0], static_cast<int>(size)));
+        array->numbers.push_back(number_at(bytes, begin + from * size, array->type));
     }
     return true;
 }
@@ -204,7 +211,7 @@ bool read_entry(const std::string &bytes, size_t entry, const std::string &name,
     if (name.compare(stem, 4, ".npy") != 0) {
         return true;
     }
-    numpy_array array{name.substr(0, stem), {}, {}};
+    numpy_array array{name.substr(0, stem), "", {}, {}};
     std::string member;
     if (!is_plain(array.name)) {
         *reason += ": the name of an array is damaged";
