@@ -179,7 +179,7 @@ def complex_functions(tree):
 
 
 def bytes_of_sessions(tree):
-    """Of what was recorded, and of the packed references of tools/regress."""
+    """Of what was recorded, and of the references of tools/regress."""
     blobs = [path for path in tree.files if re.match(r"tests/(data/)?sessions/.*/", path)]
     sizes = {path: os.path.getsize(os.path.join(tree.root, path)) for path in blobs}
     return sum(sizes.values()), [f"{path}: {size} bytes" for path, size in

@@ -2,14 +2,15 @@
 """The pairs of a directory to measure, and the reference kept in its folder regress/.
 
 A directory is a session (daemon/session/session.md) or holds left.*, right.* and a calibration.
-regress/ holds options.json, which the user writes, reference.json, and one packed result per pair.
+regress/ holds options.json, which the user writes, and reference.json: quantiles, shares and the CRC-32 of
+each pair's result, a few kB. The maps themselves are in the cache.
 """
 import json
 import pathlib
 import re
 import zlib
 
-from result import TOLERANCES, Result
+from result import TOLERANCES
 
 INDEX = "session.index"
 IMAGES = (".png", ".pgm", ".ppm", ".pnm", ".tif", ".tiff", ".jpg", ".raw")
@@ -99,35 +100,26 @@ def read_options(folder):
 
 
 def load(folder):
-    """The reference results, and the contents of reference.json."""
+    """The contents of reference.json."""
     path = folder / "regress" / "reference.json"
     if not path.exists():
         raise Unusable(f"{folder}: no reference; create one with --accept REASON")
     reference = read_json(path)
-    results = [Result.of_packed(checked(path.parent / entry["file"], entry["crc32"]).read_bytes(),
-                                entry["figures"]) for entry in reference["pairs"]]
-    return results, reference
+    if any("map_crc32" not in pair for pair in reference["pairs"]):
+        raise Unusable(f"{path}: of an older tools/regress; replace it with --accept REASON")
+    return reference
 
 
-def save(folder, names, results, acceptance):
+def save(folder, pairs, acceptance):
     """Replaces the reference; earlier acceptances are kept, as they document the history."""
     where = folder / "regress"
     where.mkdir(exist_ok=True)
     path = where / "reference.json"
     accepted = read_json(path)["accepted"] if path.exists() else []
-    entries = []
-    for name, result in zip(names, results):
-        data = result.packed()
-        crc = f"{zlib.crc32(data):08x}"
-        file = f"{name.replace(' ', '-')}-{crc}.npz"
-        (where / file).write_bytes(data)
-        entries.append({"name": name, "file": file, "crc32": crc, "figures": result.figures})
-    path.write_text(json.dumps({"accepted": [*accepted, acceptance], "pairs": entries}, indent=1)
-                    + "\n", encoding="utf-8")
-    for old in where.iterdir():
-        if re.fullmatch(r"pair(-[0-9]+)?-[0-9a-f]{8}\.npz", old.name) and \
-                old.name not in {entry["file"] for entry in entries}:
-            old.unlink()
+    # A value each line would hide what changed in a thousand lines.
+    text = json.dumps({"accepted": [*accepted, acceptance], "pairs": pairs}, indent=1)
+    text = re.sub(r"\[[^][{}\"]*\]", lambda found: " ".join(found[0].split()), text)
+    path.write_text(text + "\n", encoding="utf-8")
 
 
 def folder_of(text):

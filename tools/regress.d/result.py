@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The compared parts of a result, their storage, and the differences of two results."""
-import io
+"""The compared parts of a result, the figures that stand for its map, and how two results differ."""
 import json
+import zlib
 
 import cv2
 import numpy as np
 
 STEPS_PER_PX = 256          # disparities are integers in this unit
 NONE = np.int32(-2**31)
-GRID_PX = 16                # distance of the pixels whose points are compared
+PERCENTS = (5, 25, 50, 75, 95)
+BLOCKS_ACROSS, BLOCKS_DOWN = 12, 8
+MAP_FILES = ("disparity.pfm", "reasons.png")    # what the cache keeps of a result
 FIGURES = {                 # of result.json, with their paths
     "density_percent": ("density_percent",),
     "vertices": ("counts", "vertices"),
@@ -18,11 +20,12 @@ FIGURES = {                 # of result.json, with their paths
     "rows_median_px": ("vertical_disparity", "median_px"),
 }
 TOLERANCES = {
-    "disparity_px": "a disparity is off if it differs by more",
-    "disparity_off_percent": "share of disparities that may be off, among pixels with one in both",
-    "reasons_changed_percent": "share of all pixels that may have another reason",
-    "points_mm": "a point is off if it moved farther",
-    "points_off_percent": "share of the compared points that may be off",
+    "disparity_px": "how far a quantile of the disparities, or a block's median, may move; with 0 the "
+                    "map has to be\n" + 27 * " " + "the same, byte for byte",
+    "points_mm": "how far a quantile of the points' x, y or z may move",
+    "shares_percent": "change of the share of pixels with one reason, overall or kept in a block, in "
+                      "percent of all",
+    "blocks_off_percent": f"share of the {BLOCKS_ACROSS} x {BLOCKS_DOWN} blocks that may be off by more",
     "figures_percent": "relative change of a figure that is allowed",
 }
 
@@ -58,75 +61,105 @@ def read_points(path):
     return np.frombuffer(body, "<f4").reshape(-1, 5)[:, :3]
 
 
-class Result:
-    """Disparities in steps (NONE: rejected), reasons, points on a grid (NaN: none), figures."""
+class Map:
+    """Disparities in steps (NONE: rejected) and reasons, of a result or of a folder of the cache."""
 
-    def __init__(self, steps, reasons, points, figures):
-        self.steps, self.reasons, self.points, self.figures = steps, reasons, points, figures
+    def __init__(self, folder):
+        _, disparity = read_image(folder / MAP_FILES[0], cv2.IMREAD_UNCHANGED)
+        self.valid = np.isfinite(disparity)
+        self.steps = np.where(self.valid, np.round(np.where(self.valid, disparity, 0) * STEPS_PER_PX),
+                              NONE).astype(np.int32)
+        self.reasons = read_reasons(folder / MAP_FILES[1])
 
-    @classmethod
-    def of_run(cls, folder):
-        _, disparity = read_image(folder / "disparity.pfm", cv2.IMREAD_UNCHANGED)
-        valid = np.isfinite(disparity)
-        steps = np.where(valid, np.round(np.where(valid, disparity, 0) * STEPS_PER_PX), NONE)
-        all_points = np.full((*disparity.shape, 3), np.nan, np.float32)
-        all_points[valid] = read_points(folder / "points.pcd")
-        reported = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        figures = {}
-        for name, places in FIGURES.items():
-            value = reported
-            for place in places:
-                value = value.get(place) if isinstance(value, dict) else None
-            figures[name] = value
-        return cls(steps.astype(np.int32), read_reasons(folder / "reasons.png"),
-                   all_points[::GRID_PX, ::GRID_PX], figures)
+    def crc32(self):
+        return f"{zlib.crc32(self.reasons.tobytes(), zlib.crc32(self.steps.astype('<i4').tobytes())):08x}"
 
-    def packed(self):
-        """The bytes of a reference file: differences along rows compress well."""
-        flat = np.diff(self.steps.astype(np.int64), axis=1, prepend=0)
-        file = io.BytesIO()
-        np.savez_compressed(file, steps=flat.astype(np.int64), reasons=self.reasons,
-                            points=self.points)
-        return file.getvalue()
 
-    @classmethod
-    def of_packed(cls, data, figures):
-        with np.load(io.BytesIO(data), allow_pickle=False) as kept:
-            return cls(np.cumsum(kept["steps"], axis=1).astype(np.int32), kept["reasons"],
-                       kept["points"], figures)
+def quantiles(values, digits):
+    """Empty if there are no values."""
+    return [round(float(value), digits) for value in np.percentile(values, PERCENTS)] if len(values) else []
+
+
+def blocks_of(steps):
+    """Of each block its share of kept pixels in percent and their median in px, as rows of text."""
+    rows = []
+    for band in np.array_split(steps, BLOCKS_DOWN, axis=0):
+        words = []
+        for block in np.array_split(band, BLOCKS_ACROSS, axis=1):
+            kept = block[block != NONE]
+            middle = f"{np.median(kept) / STEPS_PER_PX:.3f}" if kept.size else "-"
+            words.append(f"{percent(kept.size, block.size):.1f}:{middle}")
+        rows.append(" ".join(words))
+    return rows
+
+
+def reference_of(folder, found):
+    """What reference.json keeps of the result in `folder`, whose map is `found`."""
+    reported = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    figures = {}
+    for name, places in FIGURES.items():
+        value = reported
+        for place in places:
+            value = value.get(place) if isinstance(value, dict) else None
+        figures[name] = value
+    points = read_points(folder / "points.pcd")
+    return {"size_px": [found.steps.shape[1], found.steps.shape[0]],
+            "map_crc32": found.crc32(),
+            "disparity_px": quantiles(found.steps[found.valid] / STEPS_PER_PX, 3),
+            **{f"{axis}_mm": quantiles(points[:, column], 2) for column, axis in enumerate("xyz")},
+            "reasons_percent": {name: round(percent(count, found.steps.size), 3)
+                                for name, count in reported["reasons"].items()},
+            "blocks": blocks_of(found.steps), "figures": figures}
 
 
 def percent(part, whole):
     return 100 * float(part) / max(int(whole), 1)
 
 
+def farthest(before, now):
+    """The largest move of a quantile; all are lost or new where only one has any."""
+    if len(before) != len(now):
+        return "none" if before else "new"
+    return max((abs(old - new) for old, new in zip(before, now)), default=0.0)
+
+
+def blocks_off(before, now, tolerance):
+    """The share of the blocks that differ by more than `tolerance`."""
+    off = total = 0
+    for old_row, new_row in zip(before, now):
+        for old, new in zip(old_row.split(), new_row.split()):
+            (old_share, old_px), (new_share, new_px) = old.split(":"), new.split(":")
+            total += 1
+            off += abs(float(old_share) - float(new_share)) > tolerance["shares_percent"] or (
+                "-" not in (old_px, new_px) and
+                abs(float(old_px) - float(new_px)) > tolerance["disparity_px"])
+    return percent(off, total)
+
+
 def differences(before, now, tolerance):
-    """Each as (name, measured, limit), compared with `tolerance`."""
-    if before.steps.shape != now.steps.shape:
-        shapes = [f"{s.shape[1]} x {s.shape[0]}" for s in (before.steps, now.steps)]
-        return [("size", f"{shapes[0]} -> {shapes[1]}", "the same")]
-    both = (before.steps != NONE) & (now.steps != NONE)
-    moved_px = np.abs(before.steps.astype(np.int64) - now.steps)[both] / STEPS_PER_PX
-    with np.errstate(invalid="ignore"):
-        moved_mm = np.linalg.norm(before.points.astype(float) - now.points, axis=-1)
-    compared = np.isfinite(moved_mm)
-    rows = [
-        ("disparity_off_percent", percent((moved_px > tolerance["disparity_px"]).sum(), both.sum()),
-         tolerance["disparity_off_percent"]),
-        ("reasons_changed_percent",
-         percent((before.reasons != now.reasons).sum(), before.reasons.size),
-         tolerance["reasons_changed_percent"]),
-        ("points_off_percent",
-         percent((moved_mm[compared] > tolerance["points_mm"]).sum(), compared.sum()),
-         tolerance["points_off_percent"])]
-    for name, old in before.figures.items():
-        new = now.figures.get(name)
+    """Of two references, each as (name, measured, limit, unit); a text that is measured is too much."""
+    if before["size_px"] != now["size_px"]:
+        shapes = ["{} x {}".format(*reference["size_px"]) for reference in (before, now)]
+        return [("size", f"{shapes[0]} -> {shapes[1]}", "the same", "")]
+    rows = [("disparity: quantiles", farthest(before["disparity_px"], now["disparity_px"]),
+             tolerance["disparity_px"], "px")]
+    if tolerance["disparity_px"] == 0 and before["map_crc32"] != now["map_crc32"]:
+        rows.append(("map", "differs", "the same", ""))
+    rows += [(f"{axis}: quantiles", farthest(before[f"{axis}_mm"], now[f"{axis}_mm"]),
+              tolerance["points_mm"], "mm") for axis in "xyz"]
+    shares = [reference["reasons_percent"] for reference in (before, now)]
+    rows.append(("share of a reason", max(abs(shares[0].get(name, 0) - shares[1].get(name, 0))
+                                          for name in {**shares[0], **shares[1]}),
+                 tolerance["shares_percent"], "%"))
+    rows.append(("blocks off", blocks_off(before["blocks"], now["blocks"], tolerance),
+                 tolerance["blocks_off_percent"], "%"))
+    for name, old in before["figures"].items():
+        new = now["figures"].get(name)
         if old is None or new is None:
             change = 0.0 if old == new else 100.0
         else:
             change = 0.0 if old == new else 100 * abs(new - old) / max(abs(old), 1e-12)
-        rows.append((f"{name} {number(old)} -> {number(new)}", change,
-                     tolerance["figures_percent"]))
+        rows.append((f"{name} {number(old)} -> {number(new)}", change, tolerance["figures_percent"], "%"))
     return rows
 
 
@@ -135,7 +168,7 @@ def number(value):
 
 
 def too_much(row):
-    _, measured, limit = row
+    _, measured, limit, _ = row
     return isinstance(measured, str) or measured > limit
 
 
@@ -147,14 +180,16 @@ def coloured(steps, low, high):
 
 
 def picture(before, now, tolerance):
-    """Reference, now and difference side by side. In the difference, grey pixels are equal, red to
+    """Reference, now and difference side by side, or only now where the cache has no map of the
+    reference (`before` is None). In the difference, grey pixels are equal, red to
     white ones have a disparity that is off, green ones a new and magenta ones a missing
     disparity, blue ones another reason."""
-    known = np.concatenate([r.steps[r.steps != NONE] for r in (before, now)])
+    maps = [one for one in (before, now) if one is not None]
+    known = np.concatenate([one.steps[one.valid] for one in maps])
     low, high = np.percentile(known, [1, 99]) if known.size else (0, 1)
-    panels = [coloured(r.steps, low, high) for r in (before, now)]
-    if before.steps.shape == now.steps.shape:
-        had, has = before.steps != NONE, now.steps != NONE
+    panels = [coloured(one.steps, low, high) for one in maps]
+    if len(maps) == 2 and before.steps.shape == now.steps.shape:
+        had, has = before.valid, now.valid
         off = np.abs(before.steps.astype(np.int64) - now.steps) / STEPS_PER_PX
         off = np.where(had & has & (off > tolerance["disparity_px"]), off, 0)
         change = np.where(had[..., None], 110, 50).repeat(3, -1).astype(np.uint8)
@@ -166,11 +201,11 @@ def picture(before, now, tolerance):
         # A single pixel would be invisible in a small picture.
         spots = cv2.dilate((change != np.where(had[..., None], 110, 50)).any(-1).astype(np.uint8),
                            np.ones((5, 5), np.uint8)) > 0
-        rim = spots & (change == np.where(had[..., None], 110, 50)).all(-1)
-        change[rim] = (0, 160, 255)
+        lone = spots & (change == np.where(had[..., None], 110, 50)).all(-1)
+        change[lone] = (0, 160, 255)
         panels.append(change)
     height = max(panel.shape[0] for panel in panels)
-    captions = ("reference", "now", "difference")
+    captions = ("reference", "now", "difference") if len(maps) == 2 else ("now",)
     framed = []
     for panel, caption in zip(panels, captions):
         panel = cv2.copyMakeBorder(panel, 26, 4 + height - panel.shape[0], 4, 4,
