@@ -134,9 +134,9 @@ std::string type_of(const std::string &header) {
 
 bool is_real(const std::string &type) {
     return type.size() == 3 && std::strchr("<>|", type[0]) != nullptr &&
-           (type[1] == 'f' ? type[2] == '4' || type[2] == '8'
-                           : std::strchr("iu", type[1]) != nullptr &&
-                                 std::strchr("1248", type[2]) != nullptr);
+           (type[1] == 'f'
+                ? type[2] == '4' || type[2] == '8'
+                : std::strchr("iu", type[1]) != nullptr && std::strchr("1248", type[2]) != nullptr);
 }
 
 /// The product of the lengths, at most one more than `numbers_max`.
