@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
-#include "stereo/zoom/self_calibration.h"
+#include "stereo/zoom/adjustment.h"
 
 namespace calib {
 
@@ -33,11 +33,11 @@ class expecting {
               const zoom_state &second, double depth_mm)
         : calibration_(calibration),
           depth_mm_(depth_mm),
-          memory_(self_calibration_need_bytes(SELF_STATES_MAX)) {
+          memory_(adjustment_need_bytes(ADJUST_STATES_MAX)) {
         arena_init(&pool_, memory_.data(), memory_.size());
-        const zoom_state states[SELF_STATES_MAX] = {state, second};
+        const zoom_state states[ADJUST_STATES_MAX] = {state, second};
         const int code =
-            self_calibration_begin(&calibration, states, SELF_STATES_MAX, &pool_, &self_);
+            adjustment_begin(&calibration, states, ADJUST_STATES_MAX, &pool_, &adjustment_);
         INVARIANT(code == ERROR_OK);  // the arena is large enough
         own_ = matches(0, 1);
     }
@@ -45,13 +45,13 @@ class expecting {
     /// False: one camera does not see what the other does.
     bool sees() const { return !own_.empty(); }
 
-    expected_sigmas read() const { return sigmas(self_prior_sigma); }
+    expected_sigmas read() const { return sigmas(adjust_prior_sigma); }
 
     expected_sigmas with_own() { return solved(own_); }
 
     expected_sigmas with_second() {
-        std::vector<self_track> all = own_;
-        for (const auto &more : {matches(1, 1), matches(0, SELF_STATES_MAX)}) {
+        std::vector<adjust_track> all = own_;
+        for (const auto &more : {matches(1, 1), matches(0, ADJUST_STATES_MAX)}) {
             all.insert(all.end(), more.begin(), more.end());
         }
         return solved(all);
@@ -66,38 +66,38 @@ class expecting {
             const double seen_mm[3] = {x * std::cos(BOARD_TURN_RAD), y,
                                        depth_mm_ - x * std::sin(BOARD_TURN_RAD)};
             points.push_back({x, y, 0});
-            self_track track{};
+            adjust_track track{};
             if (see(seen_mm, 0, 1, &track)) {
                 for (int side = 0; side < 2; side++) {
                     sights.push_back({side, i, {track.pixel_px[side][0], track.pixel_px[side][1]}});
                 }
             }
         }
-        self_target target{};
+        adjust_target target{};
         target.points = int(points.size());
         target.sights = int(sights.size());
         target.point_mm = reinterpret_cast<const double(*)[3]>(points.data());
         target.sight = sights.data();
         target.sigma_px = BOARD_PX;
-        const double square_px = self_.view[0].lens.fx_px * board.square_mm / depth_mm_;
+        const double square_px = adjustment_.view[0].lens.fx_px * board.square_mm / depth_mm_;
         if (square_px < SMALLEST_SQUARE_PX || int(sights.size()) < 2 * FEWEST_CORNERS ||
-            !self_target_place(self_.view, &target)) {
+            !adjust_target_place(adjustment_.view, &target)) {
             return {};
         }
-        self_.target = &target;
+        adjustment_.target = &target;
         const expected_sigmas result = solved(own_);
-        self_.target = nullptr;
+        adjustment_.target = nullptr;
         return result;
     }
 
   private:
-    using sigma_function = double (*)(const self_calibration *, const double *);
+    using sigma_function = double (*)(const adjustment *, const double *);
 
     // A point in the left camera's frame, in the views of `states` states from `first` on. False if
     // one of them does not show it.
-    bool see(const double seen_mm[3], int first, int states, self_track *track) const {
+    bool see(const double seen_mm[3], int first, int states, adjust_track *track) const {
         double from[3];
-        const camera_view &left = self_.view[0];
+        const camera_view &left = adjustment_.view[0];
         geometry_rotate(left.R_instrument_camera, seen_mm, from);
         std::copy_n(left.position_mm, 3, track->point.origin_mm);
         if (!(from[2] > 0)) {
@@ -107,11 +107,12 @@ class expecting {
         track->point.y = from[1] / from[2];
         track->point.w = 1 / from[2];
         track->sigma_px = EXPECTED_MATCH_PX;
-        for (int view = self_view(first, 0); view < self_view(first + states, 0); view++) {
-            const lens &lens = self_.view[view].lens;
+        for (int view = adjust_view(first, 0); view < adjust_view(first + states, 0); view++) {
+            const lens &lens = adjustment_.view[view].lens;
             double *px = track->pixel_px[track->count];
             track->view[track->count++] = view;
-            if (!camera_view_project(&self_.view[view], &track->point, px, nullptr, nullptr) ||
+            if (!camera_view_project(&adjustment_.view[view], &track->point, px, nullptr,
+                                     nullptr) ||
                 px[0] < MARGIN_PX || px[1] < MARGIN_PX || px[0] > lens.width_px - MARGIN_PX ||
                 px[1] > lens.height_px - MARGIN_PX) {
                 return false;
@@ -121,10 +122,10 @@ class expecting {
     }
 
     // Spread over the left image of the last of the states, near and far in turns.
-    std::vector<self_track> matches(int first, int states) const {
-        std::vector<self_track> tracks;
-        const camera_view &left = self_.view[0],
-                          &spread = self_.view[self_view(first + states - 1, 0)];
+    std::vector<adjust_track> matches(int first, int states) const {
+        std::vector<adjust_track> tracks;
+        const camera_view &left = adjustment_.view[0],
+                          &spread = adjustment_.view[adjust_view(first + states - 1, 0)];
         for (int i = 0; i < GRID * GRID; i++) {
             const double px[2] = {(i % GRID + 0.5) / GRID * spread.lens.width_px,
                                   (i / GRID + 0.5) / GRID * spread.lens.height_px};
@@ -138,7 +139,7 @@ class expecting {
             for (double &value : seen_mm) {
                 value *= z;
             }
-            self_track track{};
+            adjust_track track{};
             if (see(seen_mm, first, states, &track)) {
                 tracks.push_back(track);
             }
@@ -146,34 +147,36 @@ class expecting {
         return tracks;
     }
 
-    expected_sigmas solved(std::vector<self_track> tracks) {
-        return self_calibration_solve(&self_, tracks.data(), int(tracks.size())) > 0
-                   ? sigmas(self_posterior_sigma)
+    expected_sigmas solved(std::vector<adjust_track> tracks) {
+        return adjustment_solve(&adjustment_, tracks.data(), int(tracks.size())) > 0
+                   ? sigmas(adjust_posterior_sigma)
                    : expected_sigmas{};
     }
 
     expected_sigmas sigmas(sigma_function sigma_of) const {
-        const double middle[2] = {0.5 * (self_.view[0].lens.width_px - 1),
-                                  0.5 * (self_.view[0].lens.height_px - 1)};
-        double gradient[SELF_TERMS_MAX];
+        const double middle[2] = {0.5 * (adjustment_.view[0].lens.width_px - 1),
+                                  0.5 * (adjustment_.view[0].lens.height_px - 1)};
+        double gradient[ADJUST_TERMS_MAX];
         expected_sigmas result;
-        if (self_depth_gradient(&self_, 0, middle, depth_mm_, gradient)) {
+        if (adjust_depth_gradient(&adjustment_, 0, middle, depth_mm_, gradient)) {
             result.depth_mm =
-                std::hypot(sigma_of(&self_, gradient), calibration_.scale_sigma * depth_mm_);
+                std::hypot(sigma_of(&adjustment_, gradient), calibration_.scale_sigma * depth_mm_);
         }
         if (length_gradient(gradient)) {
-            result.length_mm = std::hypot(sigma_of(&self_, gradient) / (LENGTH_SHARE * depth_mm_),
-                                          calibration_.scale_sigma) *
-                               EXPECTED_LENGTH_MM;
+            result.length_mm =
+                std::hypot(sigma_of(&adjustment_, gradient) / (LENGTH_SHARE * depth_mm_),
+                           calibration_.scale_sigma) *
+                EXPECTED_LENGTH_MM;
         }
         return result;
     }
 
-    static bool length_of(const self_calibration &self, const self_track ends[2], double *length) {
+    static bool length_of(const adjustment &adjustment, const adjust_track ends[2],
+                          double *length) {
         point3 at[2];
         for (size_t i = 0; i < 2; i++) {
-            self_track track = ends[i];
-            if (!self_track_place(&self, &track) || !(track.point.w > 0)) {
+            adjust_track track = ends[i];
+            if (!adjust_track_place(&adjustment, &track) || !(track.point.w > 0)) {
                 return false;
             }
             const far_point &point = track.point;
@@ -185,10 +188,10 @@ class expecting {
     }
 
     // Of a length of LENGTH_SHARE of the distance, in the middle of the left image.
-    bool length_gradient(double gradient[SELF_TERMS_MAX]) const {
-        self_track ends[2] = {};
+    bool length_gradient(double gradient[ADJUST_TERMS_MAX]) const {
+        adjust_track ends[2] = {};
         double length = 0, after = 0;
-        std::fill_n(gradient, int(SELF_TERMS_MAX), 0.0);
+        std::fill_n(gradient, int(ADJUST_TERMS_MAX), 0.0);
         for (int i = 0; i < 2; i++) {
             const double x = (i - 0.5) * LENGTH_SHARE * depth_mm_;
             const double seen_mm[3] = {x, 0, depth_mm_};
@@ -196,14 +199,15 @@ class expecting {
                 return false;
             }
         }
-        bool known = length_of(self_, ends, &length);
+        bool known = length_of(adjustment_, ends, &length);
         for (int i = 0; i < 2 * VIEW_TERMS && known; i++) {
-            double one[SELF_TERMS_MAX] = {}, change[VIEW_TERMS] = {};
+            double one[ADJUST_TERMS_MAX] = {}, change[VIEW_TERMS] = {};
             one[i] = 1;
-            const double step = 0.1 * self_prior_sigma(&self_, one);
-            self_calibration moved = self_;
+            const double step = 0.1 * adjust_prior_sigma(&adjustment_, one);
+            adjustment moved = adjustment_;
             change[i % VIEW_TERMS] = step;
-            camera_view_correct(&self_.view[i / VIEW_TERMS], change, &moved.view[i / VIEW_TERMS]);
+            camera_view_correct(&adjustment_.view[i / VIEW_TERMS], change,
+                                &moved.view[i / VIEW_TERMS]);
             known = length_of(moved, ends, &after);
             gradient[i] = step > 0 ? (after - length) / step : 0;
         }
@@ -214,8 +218,8 @@ class expecting {
     double depth_mm_;
     std::vector<unsigned char> memory_;
     arena pool_{};
-    self_calibration self_{};
-    std::vector<self_track> own_;
+    adjustment adjustment_{};
+    std::vector<adjust_track> own_;
 };
 
 }  // namespace

@@ -51,7 +51,7 @@ static size_t need_bytes(const struct reconstruct_refine_pair *pairs, int count)
             const size_t developing =
                 arena_need_bytes(width * STRIP_ROWS, 3) + develop_need_bytes(raw->width_px, 16, 1);
             const size_t refining =
-                count > 1 ? self_calibration_need_bytes(2) +
+                count > 1 ? adjustment_need_bytes(2) +
                                 zoom_bracket_need_bytes(raw->width_px, raw->height_px)
                           : refine_calibration_need_bytes(raw->width_px, raw->height_px);
             bytes += arena_need_bytes(width * height, 1);
@@ -105,14 +105,14 @@ static int refine_bracket(const struct zoom_calibration *zoom,
         by_zoom[i].state = i;
         states[i] = by_zoom[i].axes;
     }
-    struct self_calibration self;
-    int error = self_calibration_begin(zoom, states, 2, arena, &self);
+    struct adjustment adjustment;
+    int error = adjustment_begin(zoom, states, 2, arena, &adjustment);
     if (error == ERROR_OK) {
-        error = zoom_bracket(by_zoom, arena, &self, &context->bracket);
+        error = zoom_bracket(by_zoom, arena, &adjustment, &context->bracket);
     }
     if (error == ERROR_OK) {
         context->self_calibration = context->bracket.pair[first];
-        error = refine_conclude(zoom, &by_zoom[first], &self, &context->self_calibration,
+        error = refine_conclude(zoom, &by_zoom[first], &adjustment, &context->self_calibration,
                                 calibration, fault);
     }
     return error;

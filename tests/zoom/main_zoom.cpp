@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibration and self-calibration of a zoom rig on the simulated rig's cameras and motors, against
-// the truth: run by tools/campaign zoom.
+// Calibration and adjustment-calibration of a zoom rig on the simulated rig's cameras and motors,
+// against the truth: run by tools/campaign zoom.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -42,25 +42,25 @@ struct Options {
     int check = -1;
 };
 
-std::vector<self_track> matches_of(const Moment &moment, int state, const Focal &focal,
-                                   simrig::Noise &noise) {
+std::vector<adjust_track> matches_of(const Moment &moment, int state, const Focal &focal,
+                                     simrig::Noise &noise) {
     return tracks_of({&moment}, state, focal.match_px, focal.matches, noise);
 }
 
 // What the same matches would leave unknown if all were as the calibration expects.
 double sigma_mm(const zoom_calibration &calibration, const Moment &moment,
-                std::vector<self_track> tracks) {
-    Memory memory(self_calibration_need_bytes(1));
-    self_calibration self = begin(calibration, {moment.state}, memory);
-    for (self_track &track : tracks) {
-        track.rejected = !self_track_place(&self, &track);
+                std::vector<adjust_track> tracks) {
+    Memory memory(adjustment_need_bytes(1));
+    adjustment adjustment = begin(calibration, {moment.state}, memory);
+    for (adjust_track &track : tracks) {
+        track.rejected = !adjust_track_place(&adjustment, &track);
         for (int i = 0; i < track.count; i++) {
-            (void)camera_view_project(&self.view[track.view[i]], &track.point, track.pixel_px[i],
-                                      nullptr, nullptr);
+            (void)camera_view_project(&adjustment.view[track.view[i]], &track.point,
+                                      track.pixel_px[i], nullptr, nullptr);
         }
     }
-    (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
-    return depth_sigma_mm(self, 0);
+    (void)adjustment_solve(&adjustment, tracks.data(), int(tracks.size()));
+    return depth_sigma_mm(adjustment, 0);
 }
 
 // What limits a pair: the sigma that it leaves, then with an exact calibration, then also with
@@ -70,7 +70,7 @@ struct Limits {
 };
 
 void find_limits(const zoom_calibration &calibration, const Moment &moment,
-                 const std::vector<self_track> &tracks, Limits &limits) {
+                 const std::vector<adjust_track> &tracks, Limits &limits) {
     auto ideal = std::make_unique<zoom_calibration>(calibration);
     limits.all.add(sigma_mm(*ideal, moment, tracks));
     ideal->parameters = 0;
@@ -89,55 +89,55 @@ void find_limits(const zoom_calibration &calibration, const Moment &moment,
 // Row 4: one pair.
 void try_pair(const zoom_calibration &calibration, const Moment &moment, const Focal &focal,
               simrig::Noise &noise, Result &result, Limits &limits) {
-    Memory memory(self_calibration_need_bytes(1));
-    self_calibration self = begin(calibration, {moment.state}, memory);
-    std::vector<self_track> tracks = matches_of(moment, 0, focal, noise);
+    Memory memory(adjustment_need_bytes(1));
+    adjustment adjustment = begin(calibration, {moment.state}, memory);
+    std::vector<adjust_track> tracks = matches_of(moment, 0, focal, noise);
     find_limits(calibration, moment, tracks, limits);
-    (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
-    judge(moment, self, 0, noise, self_surprise(&self) > 4, result);
+    (void)adjustment_solve(&adjustment, tracks.data(), int(tracks.size()));
+    judge(moment, adjustment, 0, noise, adjust_chi_square_score(&adjustment) > 4, result);
 }
 
 // Row 6: the pair with a board in view, whose print is off.
 void try_board(const zoom_calibration &calibration, const Moment &moment, const Focal &focal,
                simrig::Noise &noise, Result &result) {
     constexpr double kCornerPx = 0.05, kPrint = 2e-4;
-    Memory memory(self_calibration_need_bytes(1));
-    self_calibration self = begin(calibration, {moment.state}, memory);
-    std::vector<self_track> tracks = matches_of(moment, 0, focal, noise);
-    (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
+    Memory memory(adjustment_need_bytes(1));
+    adjustment adjustment = begin(calibration, {moment.state}, memory);
+    std::vector<adjust_track> tracks = matches_of(moment, 0, focal, noise);
+    (void)adjustment_solve(&adjustment, tracks.data(), int(tracks.size()));
     const BoardSeen board = board_of(moment, 1 + kPrint * noise.gauss(), kCornerPx, noise);
-    self_target target = {};
+    adjust_target target = {};
     target.points = int(board.points.size());
     target.sights = int(board.sights.size());
     target.point_mm = reinterpret_cast<const double(*)[3]>(board.points.data());
     target.sight = board.sights.data();
     target.sigma_px = kCornerPx;
-    if (!self_target_place(self.view, &target)) {
+    if (!adjust_target_place(adjustment.view, &target)) {
         result.failed++;
         return;
     }
-    self.target = &target;
-    (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
-    judge(moment, self, 0, noise, self_surprise(&self) > 4, result, kPrint);
+    adjustment.target = &target;
+    (void)adjustment_solve(&adjustment, tracks.data(), int(tracks.size()));
+    judge(moment, adjustment, 0, noise, adjust_chi_square_score(&adjustment) > 4, result, kPrint);
 }
 
 // Row 5: the pair before and after zooming, pan untouched.
 void try_bracket(const zoom_calibration &calibration, const Moment &wide, const Moment &narrow,
                  const Focal focals[kPlaces], simrig::Noise &noise, Result &at_wide,
                  Result &at_narrow) {
-    Memory memory(self_calibration_need_bytes(2));
-    self_calibration self = begin(calibration, {wide.state, narrow.state}, memory);
-    std::vector<self_track> tracks = tracks_of({&wide, &narrow}, 0, kFarMatchPx, 100, noise);
-    for (const self_track &track : matches_of(wide, 0, focals[0], noise)) {
+    Memory memory(adjustment_need_bytes(2));
+    adjustment adjustment = begin(calibration, {wide.state, narrow.state}, memory);
+    std::vector<adjust_track> tracks = tracks_of({&wide, &narrow}, 0, kFarMatchPx, 100, noise);
+    for (const adjust_track &track : matches_of(wide, 0, focals[0], noise)) {
         tracks.push_back(track);
     }
-    for (const self_track &track : matches_of(narrow, 1, focals[2], noise)) {
+    for (const adjust_track &track : matches_of(narrow, 1, focals[2], noise)) {
         tracks.push_back(track);
     }
-    (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
-    const bool surprised = self_surprise(&self) > 4;
-    judge(wide, self, 0, noise, surprised, at_wide);
-    judge(narrow, self, 1, noise, surprised, at_narrow);
+    (void)adjustment_solve(&adjustment, tracks.data(), int(tracks.size()));
+    const bool surprised = adjust_chi_square_score(&adjustment) > 4;
+    judge(wide, adjustment, 0, noise, surprised, at_wide);
+    judge(narrow, adjustment, 1, noise, surprised, at_narrow);
 }
 
 void print(const char *what, const Result &r) {
@@ -267,7 +267,7 @@ void print(const std::string &name, const Figures &figures) {
                     100 * figures.read[i].rms(), 100 * figures.read[i].worst());
     }
     std::printf(
-        "\n| self-calibration | rows, median | depth at 1.8 m, rms | relief, rms | error "
+        "\n| adjustment-calibration | rows, median | depth at 1.8 m, rms | relief, rms | error "
         "over predicted sigma | beyond 4 sigma |\n|---|---|---|---|---|---|\n");
     for (int i = 0; i < kPlaces; i++) {
         print((std::string("pair, ") + figures.focals[i].name).c_str(), figures.pair[i]);

@@ -30,9 +30,9 @@ std::vector<uint8_t> grey_of(StudyRig &rig, int side, uint64_t frame_number) {
     return develop_grey(world::render(cylinder(), rig.world(), world::Side(side), request));
 }
 
-// Finds corners and matches as `refine_pair` does, before and after it has corrected `self`.
-double matching_seconds(const refine_picture &picture, const self_calibration &before,
-                        const self_calibration &after, Memory &memory) {
+// Finds corners and matches as `refine_pair` does, before and after it has corrected `adjustment`.
+double matching_seconds(const refine_picture &picture, const adjustment &before,
+                        const adjustment &after, Memory &memory) {
     const double begin_s = cpu_s();
     sparse_picture corners[2];
     std::vector<sparse_pair> pairs(SPARSE_LEFT_MAX);
@@ -40,8 +40,8 @@ double matching_seconds(const refine_picture &picture, const self_calibration &b
         sparse_picture_make(&picture.grey[1], SPARSE_RIGHT_MAX, &memory.pool, &corners[1]) != 0) {
         throw std::runtime_error("a pair has no corners");
     }
-    for (const self_calibration *self : {&before, &after}) {
-        refine_expectation expectation = {&picture, self, 3.0 * corners[1].factor};
+    for (const adjustment *adjustment : {&before, &after}) {
+        refine_expectation expectation = {&picture, adjustment, 3.0 * corners[1].factor};
         (void)sparse_match(&corners[0], &corners[1], refine_expect, &expectation, &memory.pool,
                            pairs.data());
     }
@@ -76,39 +76,41 @@ void try_rendered(const zoom_calibration &calibration, RenderedPair &pair, simri
                   Rendered &result) {
     const zoom_state &state = pair.moment.state;
     const refine_picture picture = picture_of(pair, 0);
-    Memory memory(self_calibration_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
-    self_calibration self = begin(calibration, {state}, memory);
+    Memory memory(adjustment_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
+    adjustment adjustment = begin(calibration, {state}, memory);
     refine_report report;
     const double begin_s = cpu_s();
-    if (refine_pair(&picture, &memory.pool, &self, &report) != 0) {
+    if (refine_pair(&picture, &memory.pool, &adjustment, &report) != 0) {
         throw std::runtime_error("a pair cannot be refined");
     }
     const double seconds = cpu_s() - begin_s;
-    Memory again(self_calibration_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
+    Memory again(adjustment_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
     const self_calibration before = begin(calibration, {state}, again);
     result.seconds.add(seconds);
-    result.refining_seconds.add(seconds - matching_seconds(picture, before, self, again));
+    result.refining_seconds.add(seconds - matching_seconds(picture, before, adjustment, again));
     result.matches.add(report.matches);
     result.used.add(report.used);
     result.noise_px.add(report.noise_px);
-    judge(pair.moment, self, 0, noise, report.health == REFINE_CALIBRATE, result.frames);
+    judge(pair.moment, adjustment, 0, noise, report.health == REFINE_CALIBRATE, result.frames);
 }
 
 void try_rendered_bracket(const zoom_calibration &calibration, RenderedPair &wide,
                           RenderedPair &narrow, simrig::Noise &noise, RenderedBracket &result) {
     const refine_picture pictures[2] = {picture_of(wide, 0), picture_of(narrow, 1)};
-    Memory memory(self_calibration_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
-    self_calibration self = begin(calibration, {wide.moment.state, narrow.moment.state}, memory);
+    Memory memory(adjustment_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
+    adjustment adjustment = begin(calibration, {wide.moment.state, narrow.moment.state}, memory);
     bracket_report report;
     const double begin_s = cpu_s();
-    if (zoom_bracket(pictures, &memory.pool, &self, &report) != 0) {
+    if (zoom_bracket(pictures, &memory.pool, &adjustment, &report) != 0) {
         throw std::runtime_error("a bracket cannot be refined");
     }
     result.seconds.add(cpu_s() - begin_s);
     result.carried.add(report.carried);
     result.carried_px.add(report.carried_px);
-    judge(wide.moment, self, 0, noise, report.pair[0].health == REFINE_CALIBRATE, result.wide);
-    judge(narrow.moment, self, 1, noise, report.pair[1].health == REFINE_CALIBRATE, result.narrow);
+    judge(wide.moment, adjustment, 0, noise, report.pair[0].health == REFINE_CALIBRATE,
+          result.wide);
+    judge(narrow.moment, adjustment, 1, noise, report.pair[1].health == REFINE_CALIBRATE,
+          result.narrow);
 }
 
 }  // namespace zoom_study

@@ -83,21 +83,21 @@ bool sees(const world::Camera &camera, const world::Vec3 &point, double noise_px
 
 }  // namespace
 
-std::vector<self_track> tracks_of(const std::vector<const Moment *> &moments, int first_state,
-                                  double noise_px, int count, simrig::Noise &noise) {
-    std::vector<self_track> tracks;
+std::vector<adjust_track> tracks_of(const std::vector<const Moment *> &moments, int first_state,
+                                    double noise_px, int count, simrig::Noise &noise) {
+    std::vector<adjust_track> tracks;
     const world::Camera &narrow = moments.back()->truth[0];
     for (int attempt = 0; attempt < 100 * count && int(tracks.size()) < count; attempt++) {
         const double z = kDepthMm - 150 + 300 * noise.uniform();
         const world::Vec2 slopes =
             narrow.slopes_of({2047 * noise.uniform(), 1535 * noise.uniform()});
         const world::Vec3 point = narrow.world_camera * world::Vec3{slopes.x * z, slopes.y * z, z};
-        self_track track = {};
+        adjust_track track = {};
         track.sigma_px = noise_px;
         bool seen = true;
         for (size_t i = 0; i < moments.size(); i++) {
             for (int side = 0; side < 2; side++) {
-                track.view[track.count] = self_view(first_state + int(i), side);
+                track.view[track.count] = adjust_view(first_state + int(i), side);
                 seen = sees(moments[i]->truth[side], point, noise_px, noise,
                             track.pixel_px[track.count++]) &&
                        seen;
@@ -143,32 +143,32 @@ double depth_error(const Moment &moment, const camera_view view[2], double colum
 
 }  // namespace
 
-double depth_sigma_mm(const self_calibration &self, int state) {
-    double gradient[SELF_TERMS_MAX];
-    if (!self_depth_gradient(&self, state, kMiddle, kDepthMm, gradient)) {
+double depth_sigma_mm(const adjustment &adjustment, int state) {
+    double gradient[ADJUST_TERMS_MAX];
+    if (!adjust_depth_gradient(&adjustment, state, kMiddle, kDepthMm, gradient)) {
         throw std::runtime_error("no gradient of depth");
     }
-    return self_posterior_sigma(&self, gradient);
+    return adjust_posterior_sigma(&adjustment, gradient);
 }
 
-void judge(const Moment &moment, const self_calibration &self, int state, simrig::Noise &noise,
+void judge(const Moment &moment, const adjustment &adjustment, int state, simrig::Noise &noise,
            bool says, Result &result, double scale_sigma) {
     Sample rows;
-    for (self_track &track : tracks_of({&moment}, state, 0, 200, noise)) {
+    for (adjust_track &track : tracks_of({&moment}, state, 0, 200, noise)) {
         double residual_px = 0, derivative[2 * VIEW_TERMS];
-        if (self_track_epipolar(&self, &track, &residual_px, derivative)) {
+        if (adjust_track_epipolar(&adjustment, &track, &residual_px, derivative)) {
             rows.add(residual_px);
         }
     }
     result.rows_px.add(rows.quantile(0.5));
-    const camera_view *view = &self.view[self_view(state, 0)];
-    const double sigma_mm = std::hypot(depth_sigma_mm(self, state), scale_sigma * kDepthMm);
+    const camera_view *view = &adjustment.view[adjust_view(state, 0)];
+    const double sigma_mm = std::hypot(depth_sigma_mm(adjustment, state), scale_sigma * kDepthMm);
     const double error_mm = depth_error(moment, view, kMiddle[0], kMiddle[1], kDepthMm);
     result.depth_mm.add(error_mm);
     result.sigma_mm.add(sigma_mm);
     result.z.add(error_mm / sigma_mm);
-    result.before_mm.add(
-        depth_error(moment, &self.nominal[self_view(state, 0)], kMiddle[0], kMiddle[1], kDepthMm));
+    result.before_mm.add(depth_error(moment, &adjustment.nominal[adjust_view(state, 0)], kMiddle[0],
+                                     kMiddle[1], kDepthMm));
     // Of a body of 100 mm: how much of its relief is wrong.
     result.relief.add((depth_error(moment, view, kMiddle[0], kMiddle[1], kDepthMm + 50) -
                        depth_error(moment, view, kMiddle[0], kMiddle[1], kDepthMm - 50)) /
@@ -200,12 +200,12 @@ BoardSeen board_of(const Moment &moment, double scale, double noise_px, simrig::
 
 self_calibration begin(const zoom_calibration &calibration, const std::vector<zoom_state> &states,
                        Memory &memory) {
-    self_calibration self;
-    if (self_calibration_begin(&calibration, states.data(), int(states.size()), &memory.pool,
-                               &self) != 0) {
+    adjustment adjustment;
+    if (adjustment_begin(&calibration, states.data(), int(states.size()), &memory.pool,
+                         &adjustment) != 0) {
         throw std::runtime_error("no memory");
     }
-    return self;
+    return adjustment;
 }
 
 }  // namespace zoom_study

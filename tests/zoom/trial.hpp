@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Moves of a rig, and what a self-calibration says after them, against the truth.
+/// Moves of a rig, and what a adjustment-calibration says after them, against the truth.
 #ifndef VERGENCE_TESTS_ZOOM_TRIAL_HPP
 #define VERGENCE_TESTS_ZOOM_TRIAL_HPP
 
 #include <array>
 #include <vector>
 
-#include "stereo/zoom/self_calibration.h"
+#include "stereo/zoom/adjustment.h"
 #include "tests/zoom/study_rig.hpp"
 
 namespace zoom_study {
@@ -48,8 +48,8 @@ void zoom_both(StudyRig &rig, double focal_mm);
 void move_about(StudyRig &rig, simrig::Noise &noise);
 
 /// Points with 300 mm of relief about kDepthMm that all cameras of the moments see.
-std::vector<self_track> tracks_of(const std::vector<const Moment *> &moments, int first_state,
-                                  double noise_px, int count, simrig::Noise &noise);
+std::vector<adjust_track> tracks_of(const std::vector<const Moment *> &moments, int first_state,
+                                    double noise_px, int count, simrig::Noise &noise);
 
 struct Result {
     Sample rows_px, depth_mm, z, relief, before_mm, sigma_mm;
@@ -57,11 +57,11 @@ struct Result {
 };
 
 /// What a solved state says, against the truth; `says`: that the rig should be calibrated again.
-void judge(const Moment &moment, const self_calibration &self, int state, simrig::Noise &noise,
+void judge(const Moment &moment, const adjustment &adjustment, int state, simrig::Noise &noise,
            bool says, Result &result, double scale_sigma = 0);
 
 /// Predicted for the middle of the left picture.
-double depth_sigma_mm(const self_calibration &self, int state);
+double depth_sigma_mm(const adjustment &adjustment, int state);
 
 /// A board of 24 mm squares at kDepthMm as both cameras see it; its true squares are larger by
 /// `scale`.

@@ -103,9 +103,9 @@ static bool clip_depths(const struct camera_view pair[2], const double direction
 bool refine_expect(void *context, const double left_px[2], struct sparse_region *region) {
     const struct refine_expectation *e = context;
     const struct refine_picture *picture = e->picture;
-    const int first = self_view(picture->state, 0);
-    INVARIANT(first + 1 < e->self->views);
-    const struct camera_view *view = &e->self->view[first];
+    const int first = adjust_view(picture->state, 0);
+    INVARIANT(first + 1 < e->adjustment->views);
+    const struct camera_view *view = &e->adjustment->view[first];
     double px[2] = {left_px[0], left_px[1]}, direction[3], middle[2], J[2][REFINE_TERMS];
     refine_to_sensor(&picture->window[0], px);
     double range[2] = {1 / picture->depth_far_mm, 1 / picture->depth_near_mm};
@@ -119,7 +119,7 @@ bool refine_expect(void *context, const double left_px[2], struct sparse_region 
     const double dx = region->to[0] - region->from[0], dy = region->to[1] - region->from[1];
     const double length = sqrt(dx * dx + dy * dy);
     const double along[2] = {length > 0 ? dx / length : 1, length > 0 ? dy / length : 0};
-    double across_gradient[SELF_TERMS_MAX] = {0}, along_gradient[SELF_TERMS_MAX] = {0};
+    double across_gradient[ADJUST_TERMS_MAX] = {0}, along_gradient[ADJUST_TERMS_MAX] = {0};
     for (int c = 0; c < REFINE_TERMS; c++) {
         along_gradient[first * VIEW_TERMS + c] = along[0] * J[0][c] + along[1] * J[1][c];
         across_gradient[first * VIEW_TERMS + c] = along[0] * J[1][c] - along[1] * J[0][c];
@@ -130,10 +130,10 @@ bool refine_expect(void *context, const double left_px[2], struct sparse_region 
     const int skip = picture->window[1].skip;
     region->across =
         e->across_px + ((bend < 0 ? -bend : bend) +
-                        search_sigmas * self_posterior_sigma(e->self, across_gradient)) /
+                        search_sigmas * adjust_posterior_sigma(e->adjustment, across_gradient)) /
                            skip;
     region->beyond =
-        e->across_px + search_sigmas * self_posterior_sigma(e->self, along_gradient) / skip;
+        e->across_px + search_sigmas * adjust_posterior_sigma(e->adjustment, along_gradient) / skip;
     refine_from_sensor(&picture->window[1], region->from);
     refine_from_sensor(&picture->window[1], region->to);
     return true;

@@ -5,7 +5,7 @@
 #define VERGENCE_STEREO_ZOOM_REFINE_EXPECT_H
 
 #include "stereo/image/image.h"
-#include "stereo/zoom/self_calibration.h"
+#include "stereo/zoom/adjustment.h"
 #include "stereo/zoom/sparse_match.h"
 
 #ifdef __cplusplus
@@ -19,7 +19,7 @@ struct refine_picture {
     struct image_u8 grey[2];
     struct calibration_window window[2];
     struct zoom_state axes;
-    int state;  // its number in a self-calibration: 0 if it is the only one
+    int state;  // its number in a adjustment-calibration: 0 if it is the only one
     double depth_near_mm, depth_far_mm;  // that scenes may have; far may be INFINITY
 };
 
@@ -29,7 +29,7 @@ void refine_from_sensor(const struct calibration_window *window, double px[2]);
 
 struct refine_expectation {
     const struct refine_picture *picture;
-    const struct self_calibration *self;
+    const struct adjustment *adjustment;
     double across_px;  // added to what the uncertainty asks for
 };
 

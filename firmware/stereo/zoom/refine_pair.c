@@ -37,29 +37,29 @@ const char *refine_health_text(enum refine_health health) {
 // Matches of one pair; `track` is behind those of other pairs.
 struct matches {
     const struct refine_picture *picture;
-    struct self_calibration *self;
+    struct adjustment *adjustment;
     struct refine_tracks *all;
     struct sparse_picture corners[2];
     struct sparse_pair *pair;
-    struct self_track *track;
-    float (*effect)[SELF_TERMS_MAX];  // of one sigma of each independent part of what is unknown
+    struct adjust_track *track;
+    float (*effect)[ADJUST_TERMS_MAX];  // of one sigma of each independent part of what is unknown
     float *residual, *work;
     int count;
 };
 
 static int find_matches(struct matches *m, struct arena *arena) {
-    struct refine_expectation expectation = {m->picture, m->self,
+    struct refine_expectation expectation = {m->picture, m->adjustment,
                                              CORNER_REACH * m->corners[1].factor};
     const int count =
         sparse_match(&m->corners[0], &m->corners[1], refine_expect, &expectation, arena, m->pair);
     m->count = count < 0 ? 0 : count;
     for (int i = 0; i < m->count; i++) {
-        struct self_track *track = &m->track[i];
-        *track = (struct self_track){.count = 2};
+        struct adjust_track *track = &m->track[i];
+        *track = (struct adjust_track){.count = 2};
         memcpy(track->pixel_px[0], m->pair[i].left_px, sizeof track->pixel_px[0]);
         memcpy(track->pixel_px[1], m->pair[i].right_px, sizeof track->pixel_px[1]);
         for (int side = 0; side < 2; side++) {
-            track->view[side] = self_view(m->picture->state, side);
+            track->view[side] = adjust_view(m->picture->state, side);
             refine_to_sensor(&m->picture->window[side], track->pixel_px[side]);
         }
     }
@@ -69,19 +69,19 @@ static int find_matches(struct matches *m, struct arena *arena) {
 // Residuals of all tracks, and what the independent parts of the remaining uncertainty do to them.
 static void linearize(struct matches *m) {
     INVARIANT(m->count <= SPARSE_LEFT_MAX);
-    const struct self_calibration *self = m->self;
+    const struct adjustment *adjustment = m->adjustment;
     const double *factor =
-        self->posterior + self_view(m->picture->state, 0) * VIEW_TERMS * self->terms;
+        adjustment->posterior + adjust_view(m->picture->state, 0) * VIEW_TERMS * adjustment->terms;
     for (int i = 0; i < m->count; i++) {
         double residual, derivative[REFINE_TERMS];
-        struct self_track *track = &m->track[i];
-        track->rejected = !self_track_epipolar(self, track, &residual, derivative);
+        struct adjust_track *track = &m->track[i];
+        track->rejected = !adjust_track_epipolar(adjustment, track, &residual, derivative);
         m->residual[i] = track->rejected ? 1e6F : (float)residual;
         float *effect = m->effect[i];
         memset(effect, 0, sizeof m->effect[i]);
         for (int c = 0; c < REFINE_TERMS && !track->rejected; c++) {
-            const double *row = factor + c * self->terms;
-            for (int k = 0; k < self->terms; k++) {
+            const double *row = factor + c * adjustment->terms;
+            for (int k = 0; k < adjustment->terms; k++) {
                 effect[k] += (float)(derivative[c] * row[k]);
             }
         }
@@ -111,7 +111,7 @@ static bool eliminate(double M[SAMPLE][SAMPLE + 1]) {
 
 // The parts that explain a sample of residuals with least surprise: A^T (A A^T + s^2)^-1 r.
 static bool explain(const struct matches *m, const int sample[SAMPLE],
-                    double parts[SELF_TERMS_MAX]) {
+                    double parts[ADJUST_TERMS_MAX]) {
     double M[SAMPLE][SAMPLE + 1];
     INVARIANT(m->count >= SAMPLE);
     for (int i = 0; i < SAMPLE; i++) {
@@ -119,7 +119,7 @@ static bool explain(const struct matches *m, const int sample[SAMPLE],
         for (int j = 0; j < SAMPLE; j++) {
             const float *b = m->effect[sample[j]];
             float sum = 0;
-            for (int k = 0; k < m->self->terms; k++) {
+            for (int k = 0; k < m->adjustment->terms; k++) {
                 sum += a[k] * b[k];
             }
             M[i][j] = (double)sum + (i == j ? first_noise_px * first_noise_px : 0);
@@ -129,19 +129,19 @@ static bool explain(const struct matches *m, const int sample[SAMPLE],
     if (!eliminate(M)) {
         return false;
     }
-    memset(parts, 0, SELF_TERMS_MAX * sizeof *parts);
+    memset(parts, 0, ADJUST_TERMS_MAX * sizeof *parts);
     for (int i = 0; i < SAMPLE; i++) {
         const double weight = M[i][SAMPLE] / M[i][i];
-        for (int k = 0; k < m->self->terms; k++) {
+        for (int k = 0; k < m->adjustment->terms; k++) {
             parts[k] += weight * (double)m->effect[sample[i]][k];
         }
     }
     return true;
 }
 
-static double remaining(const struct matches *m, int i, const double parts[SELF_TERMS_MAX]) {
+static double remaining(const struct matches *m, int i, const double parts[ADJUST_TERMS_MAX]) {
     double rest = (double)m->residual[i];
-    for (int k = 0; k < m->self->terms; k++) {
+    for (int k = 0; k < m->adjustment->terms; k++) {
         rest -= parts[k] * (double)m->effect[i][k];
     }
     return rest < 0 ? -rest : rest;
@@ -151,11 +151,11 @@ static double remaining(const struct matches *m, int i, const double parts[SELF_
 // of the others.
 static int agree(struct matches *m) {
     uint32_t random = 1;
-    double best_parts[SELF_TERMS_MAX] = {0}, best_score = -1;
+    double best_parts[ADJUST_TERMS_MAX] = {0}, best_score = -1;
     const int judge_step = m->count / JUDGES_MAX + 1;
     for (int round = 0; round < HYPOTHESES && m->count >= TRACKS_MIN; round++) {
         int sample[SAMPLE];
-        double parts[SELF_TERMS_MAX], score = 0;
+        double parts[ADJUST_TERMS_MAX], score = 0;
         for (int i = 0; i < SAMPLE; i++) {
             sample[i] = (int)(next_random(&random) % (uint32_t)m->count);
         }
@@ -241,7 +241,7 @@ static int reject(struct matches *m, double noise_px, double *rms_px) {
     int kept = 0;
     double square = 0;
     for (int i = 0; i < m->count; i++) {
-        struct self_track *track = &m->track[i];
+        struct adjust_track *track = &m->track[i];
         track->rejected = track->rejected || track->residual > outlier_sigmas * noise_px;
         kept += !track->rejected;
         square += track->rejected ? 0 : track->residual * track->residual;
@@ -259,7 +259,7 @@ static int fit(struct matches *m, struct refine_report *report) {
         for (int i = 0; i < m->count; i++) {
             m->track[i].sigma_px = report->noise_px;
         }
-        (void)self_calibration_solve(m->self, m->all->track, m->all->count + m->count);
+        (void)adjustment_solve(m->adjustment, m->all->track, m->all->count + m->count);
         const double median_px = median_residual(m);
         double rms_px;
         report->rows_px = median_px * sqrt(2.0);
@@ -297,7 +297,7 @@ static int run(struct matches *m, struct arena *arena, struct refine_report *rep
         if (error != ERROR_OK) {
             return error;
         }
-        (void)self_calibration_solve(m->self, m->all->track, m->all->count);
+        (void)adjustment_solve(m->adjustment, m->all->track, m->all->count);
         report->matches = m->count;
         linearize(m);
         report->used = 0;
@@ -316,13 +316,15 @@ static int run(struct matches *m, struct arena *arena, struct refine_report *rep
 }
 
 int refine_match(const struct refine_picture *picture, struct arena *arena,
-                 struct self_calibration *self, struct refine_tracks *tracks,
+                 struct adjustment *adjustment, struct refine_tracks *tracks,
                  struct refine_report *report) {
     const size_t mark = arena_mark(arena);
     *report = (struct refine_report){0};
     INVARIANT(tracks->count + SPARSE_LEFT_MAX <= tracks->max);
-    struct matches m = {
-        .picture = picture, .self = self, .all = tracks, .track = tracks->track + tracks->count};
+    struct matches m = {.picture = picture,
+                        .adjustment = adjustment,
+                        .all = tracks,
+                        .track = tracks->track + tracks->count};
     m.pair = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.pair);
     m.effect = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.effect);
     m.residual = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.residual);
@@ -332,7 +334,7 @@ int refine_match(const struct refine_picture *picture, struct arena *arena,
         error = run(&m, arena, report);
     }
     if (error == ERROR_OK && report->used == 0) {
-        (void)self_calibration_solve(self, tracks->track, tracks->count);
+        (void)adjustment_solve(adjustment, tracks->track, tracks->count);
     }
     if (error == ERROR_OK && report->used > 0) {
         report->depth_mm = median_depth(&m);
@@ -343,7 +345,7 @@ int refine_match(const struct refine_picture *picture, struct arena *arena,
 
 size_t refine_match_need_bytes(int width, int height) {
     return arena_need_bytes(SPARSE_LEFT_MAX, sizeof(struct sparse_pair)) +
-           arena_need_bytes(SPARSE_LEFT_MAX, SELF_TERMS_MAX * sizeof(float)) +
+           arena_need_bytes(SPARSE_LEFT_MAX, ADJUST_TERMS_MAX * sizeof(float)) +
            2 * arena_need_bytes(SPARSE_LEFT_MAX, sizeof(float)) +
            sparse_picture_need_bytes(width, height, SPARSE_LEFT_MAX) +
            sparse_picture_need_bytes(width, height, SPARSE_RIGHT_MAX) +
@@ -351,35 +353,35 @@ size_t refine_match_need_bytes(int width, int height) {
 }
 
 // Corrections larger than the prior allows say that it is too small also for what they do not show.
-static struct refine_sigma sigma_of(const struct self_calibration *self, double growth,
+static struct refine_sigma sigma_of(const struct adjustment *adjustment, double growth,
                                     const double *gradient) {
-    return (struct refine_sigma){self_prior_sigma(self, gradient),
-                                 growth * self_posterior_sigma(self, gradient)};
+    return (struct refine_sigma){adjust_prior_sigma(adjustment, gradient),
+                                 growth * adjust_posterior_sigma(adjustment, gradient)};
 }
 
-void refine_assess(const struct refine_picture *picture, const struct self_calibration *self,
+void refine_assess(const struct refine_picture *picture, const struct adjustment *adjustment,
                    struct refine_report *report) {
-    const int left = VIEW_TERMS * self_view(picture->state, 0);
-    const int right = VIEW_TERMS * self_view(picture->state, 1);
-    const double growth = self_growth(self);
-    double gradient[SELF_TERMS_MAX] = {0};
-    INVARIANT(right + VIEW_TERMS <= self->terms && picture->depth_near_mm > 0);
+    const int left = VIEW_TERMS * adjust_view(picture->state, 0);
+    const int right = VIEW_TERMS * adjust_view(picture->state, 1);
+    const double growth = adjust_birge_ratio(adjustment);
+    double gradient[ADJUST_TERMS_MAX] = {0};
+    INVARIANT(right + VIEW_TERMS <= adjustment->terms && picture->depth_near_mm > 0);
     gradient[left + VIEW_FOCAL] = gradient[right + VIEW_FOCAL] = 0.5;
-    report->focal = sigma_of(self, growth, gradient);
+    report->focal = sigma_of(adjustment, growth, gradient);
     gradient[left + VIEW_FOCAL] = -1;
     gradient[right + VIEW_FOCAL] = 1;
-    report->ratio = sigma_of(self, growth, gradient);
+    report->ratio = sigma_of(adjustment, growth, gradient);
     memset(gradient, 0, sizeof gradient);
     gradient[left + VIEW_ROTATION_Y] = -1;
     gradient[right + VIEW_ROTATION_Y] = 1;
-    report->vergence_rad = sigma_of(self, growth, gradient);
+    report->vergence_rad = sigma_of(adjustment, growth, gradient);
     report->depth_mm = report->used > 0 ? report->depth_mm : 2 * picture->depth_near_mm;
     double px[2] = {0.5 * picture->grey[0].width, 0.5 * picture->grey[0].height};
     refine_to_sensor(&picture->window[0], px);
-    if (self_depth_gradient(self, picture->state, px, report->depth_mm, gradient)) {
-        report->depth = sigma_of(self, growth, gradient);
+    if (adjust_depth_gradient(adjustment, picture->state, px, report->depth_mm, gradient)) {
+        report->depth = sigma_of(adjustment, growth, gradient);
     }
-    report->surprise = self_surprise(self);
+    report->surprise = adjust_chi_square_score(adjustment);
     // Rows may fit while the depth does not: the word considers both.
     report->health =
         report->used > 0 && (report->surprise > 4 || report->rows_px > 0.6)    ? REFINE_CALIBRATE
@@ -389,21 +391,22 @@ void refine_assess(const struct refine_picture *picture, const struct self_calib
 }
 
 int refine_pair(const struct refine_picture *picture, struct arena *arena,
-                struct self_calibration *self, struct refine_report *report) {
+                struct adjustment *adjustment, struct refine_report *report) {
     const size_t mark = arena_mark(arena);
     struct refine_tracks tracks = {arena_take(arena, SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
                                    SPARSE_LEFT_MAX};
-    const int error =
-        tracks.track == NULL ? ERROR_MEMORY : refine_match(picture, arena, self, &tracks, report);
+    const int error = tracks.track == NULL
+                          ? ERROR_MEMORY
+                          : refine_match(picture, arena, adjustment, &tracks, report);
     if (error == ERROR_OK) {
-        refine_assess(picture, self, report);
+        refine_assess(picture, adjustment, report);
     }
     arena_release(arena, mark);
     return error;
 }
 
 size_t refine_pair_need_bytes(int width, int height) {
-    return arena_need_bytes(SPARSE_LEFT_MAX, sizeof(struct self_track)) +
+    return arena_need_bytes(SPARSE_LEFT_MAX, sizeof(struct adjust_track)) +
            refine_match_need_bytes(width, height);
 }
 
@@ -422,11 +425,11 @@ static void to_window(const struct calibration_window *window, const struct imag
 }
 
 int refine_conclude(const struct zoom_calibration *calibration,
-                    const struct refine_picture *picture, const struct self_calibration *self,
+                    const struct refine_picture *picture, const struct adjustment *adjustment,
                     const struct refine_report *report, struct calibration *result,
                     struct calibration_fault *fault) {
     struct calibration refined;
-    const struct camera_view *view = &self->view[self_view(picture->state, 0)];
+    const struct camera_view *view = &adjustment->view[adjust_view(picture->state, 0)];
     int error = zoom_calibration_at(calibration, &picture->axes, &refined, fault);
     if (error == ERROR_OK) {
         camera_view_pair(&view[0], &view[1], &refined);
@@ -454,21 +457,21 @@ int refine_calibration(const struct zoom_calibration *calibration,
                        struct calibration *result, struct refine_report *report,
                        struct calibration_fault *fault) {
     const size_t mark = arena_mark(arena);
-    struct self_calibration self;
+    struct adjustment adjustment;
     int error = zoom_state_check(calibration, &picture->axes, fault);
     if (error == ERROR_OK) {
-        error = self_calibration_begin(calibration, &picture->axes, 1, arena, &self);
+        error = adjustment_begin(calibration, &picture->axes, 1, arena, &adjustment);
     }
     if (error == ERROR_OK) {
-        error = refine_pair(picture, arena, &self, report);
+        error = refine_pair(picture, arena, &adjustment, report);
     }
     if (error == ERROR_OK) {
-        error = refine_conclude(calibration, picture, &self, report, result, fault);
+        error = refine_conclude(calibration, picture, &adjustment, report, result, fault);
     }
     arena_release(arena, mark);
     return error;
 }
 
 size_t refine_calibration_need_bytes(int width, int height) {
-    return self_calibration_need_bytes(1) + refine_pair_need_bytes(width, height);
+    return adjustment_need_bytes(1) + refine_pair_need_bytes(width, height);
 }

@@ -30,7 +30,7 @@ struct refine_report {
     struct refine_sigma focal;  // relative, common to both cameras
     struct refine_sigma ratio;  // relative, of the focal lengths, right to left
     struct refine_sigma vergence_rad;
-    double surprise;  // of self_surprise
+    double surprise;  // of adjust_chi_square_score
     enum refine_health health;
 };
 
@@ -43,32 +43,33 @@ const char *refine_health_text(enum refine_health health);
 
 /// Points that were matched, of any states.
 struct refine_tracks {
-    struct self_track *track;
+    struct adjust_track *track;
     int count, max;
 };
 
 /// Matches a pair and adds the points that fit to `tracks`, which must have room for
-/// SPARSE_LEFT_MAX more; then `self` fits all of them. With fewer than 20 new ones none is added
-/// and `report->used` is 0. Sets the matches, rows, noise and depth of the report. ERROR_MEMORY.
+/// SPARSE_LEFT_MAX more; then `adjustment` fits all of them. With fewer than 20 new ones none is
+/// added and `report->used` is 0. Sets the matches, rows, noise and depth of the report.
+/// ERROR_MEMORY.
 int refine_match(const struct refine_picture *picture, struct arena *arena,
-                 struct self_calibration *self, struct refine_tracks *tracks,
+                 struct adjustment *adjustment, struct refine_tracks *tracks,
                  struct refine_report *report);
 size_t refine_match_need_bytes(int width, int height);
 
-/// The sigmas and the health of a report, of a state of `self` after its pair was matched.
-void refine_assess(const struct refine_picture *picture, const struct self_calibration *self,
+/// The sigmas and the health of a report, of a state of `adjustment` after its pair was matched.
+void refine_assess(const struct refine_picture *picture, const struct adjustment *adjustment,
                    struct refine_report *report);
 
-/// Matches the pair and corrects `self`, begun with the pair's state. With fewer than 20 matches
-/// that fit, nothing is corrected (`report->used` is 0). ERROR_MEMORY.
+/// Matches the pair and corrects `adjustment`, begun with the pair's state. With fewer than 20
+/// matches that fit, nothing is corrected (`report->used` is 0). ERROR_MEMORY.
 int refine_pair(const struct refine_picture *picture, struct arena *arena,
-                struct self_calibration *self, struct refine_report *report);
+                struct adjustment *adjustment, struct refine_report *report);
 size_t refine_pair_need_bytes(int width, int height);
 
 /// The calibration of a pair's pictures as they are, from a solved state and its assessed report.
 /// Errors of zoom_calibration_at.
 int refine_conclude(const struct zoom_calibration *calibration,
-                    const struct refine_picture *picture, const struct self_calibration *self,
+                    const struct refine_picture *picture, const struct adjustment *adjustment,
                     const struct refine_report *report, struct calibration *result,
                     struct calibration_fault *fault);
 

@@ -81,7 +81,7 @@ static bool reduce(const struct image_u8 *tele, double ratio, struct arena *aren
 // What places one picture of a side in the other.
 struct placing {
     const struct refine_picture *picture;  // wide, tele
-    const struct self_calibration *self;
+    const struct adjustment *adjustment;
     int side;
     double w;  // reciprocal depth of the scene
     struct side_pictures *s;
@@ -89,8 +89,8 @@ struct placing {
 
 // Where the wide picture shows what the tele picture shows at a pixel, as far as it is known.
 static bool carry(const struct placing *p, const double tele_px[2], double wide_px[2]) {
-    const struct camera_view *wide = &p->self->view[self_view(0, p->side)];
-    const struct camera_view *tele = &p->self->view[self_view(1, p->side)];
+    const struct camera_view *wide = &p->adjustment->view[adjust_view(0, p->side)];
+    const struct camera_view *tele = &p->adjustment->view[adjust_view(1, p->side)];
     double px[2] = {tele_px[0], tele_px[1]}, ray[3];
     refine_to_sensor(&p->picture[1].window[p->side], px);
     if (!camera_view_ray(tele, px, ray) || !(ray[2] > 0)) {
@@ -226,7 +226,7 @@ static int place_side(const struct placing *p, struct arena *arena, bool *found)
 }
 
 // Adds to a track of the tele pair what the wide picture of a side shows of it.
-static bool carry_track(const struct placing *p, struct self_track *track) {
+static bool carry_track(const struct placing *p, struct adjust_track *track) {
     double px[2] = {track->pixel_px[p->side][0], track->pixel_px[p->side][1]}, at[2];
     refine_from_sensor(&p->picture[1].window[p->side], px);
     const double u = reduced(px[0], p->s->ratio), v = reduced(px[1], p->s->ratio);
@@ -235,17 +235,17 @@ static bool carry_track(const struct placing *p, struct self_track *track) {
     if (!sparse_align(&p->s->small, u, v, &p->s->part, at)) {
         return false;
     }
-    INVARIANT(track->count < SELF_SEEN_MAX);
+    INVARIANT(track->count < ADJUST_SEEN_MAX);
     double *wide = track->pixel_px[track->count];
     wide[0] = at[0] + p->s->part_px[0];
     wide[1] = at[1] + p->s->part_px[1];
     refine_to_sensor(&p->picture[0].window[p->side], wide);
-    track->view[track->count++] = self_view(0, p->side);
+    track->view[track->count++] = adjust_view(0, p->side);
     return true;
 }
 
 // One track of each cell of the reduced picture, so that windows are nearly independent.
-static bool take_cell(const struct side_pictures *s, const struct self_track *track,
+static bool take_cell(const struct side_pictures *s, const struct adjust_track *track,
                       uint8_t taken[CELLS_MAX]) {
     const int columns = s->small.width / SPACING + 1;
     INVARIANT(s->ratio >= ratio_min);
@@ -265,7 +265,7 @@ static int carry_tracks(struct placing *p, struct side_pictures side[2], const b
     INVARIANT(first >= 0 && first <= tracks->count);
     int carried = 0;
     for (int i = first; i < tracks->count; i++) {
-        struct self_track *track = &tracks->track[i];
+        struct adjust_track *track = &tracks->track[i];
         if (!take_cell(&side[found[0] ? 0 : 1], track, taken)) {
             continue;
         }
@@ -287,7 +287,7 @@ static double median_carried(const struct refine_tracks *tracks) {
     static const double bin_px = 0.002;
     int bins[BINS] = {0}, count = 0, sum = 0, at = 0;
     for (int i = 0; i < tracks->count; i++) {
-        const struct self_track *track = &tracks->track[i];
+        const struct adjust_track *track = &tracks->track[i];
         if (track->count > 2 && !track->rejected) {
             const double bin = track->residual / bin_px;
             bins[bin < BINS - 1 ? (int)bin : BINS - 1]++;
@@ -301,16 +301,16 @@ static double median_carried(const struct refine_tracks *tracks) {
 }
 
 // Fits all, then once more with the noise that the carried tracks show and without their outliers.
-static void fit(struct self_calibration *self, struct refine_tracks *tracks,
+static void fit(struct adjustment *adjustment, struct refine_tracks *tracks,
                 struct bracket_report *report) {
     for (int round = 0; round < 3; round++) {
-        (void)self_calibration_solve(self, tracks->track, tracks->count);
+        (void)adjustment_solve(adjustment, tracks->track, tracks->count);
         report->carried_px = median_carried(tracks);
         // The rms of several coordinates: its median is near the standard deviation.
         const double noise =
             report->carried_px > least_noise_px ? report->carried_px : least_noise_px;
         for (int i = 0; i < tracks->count; i++) {
-            struct self_track *track = &tracks->track[i];
+            struct adjust_track *track = &tracks->track[i];
             if (track->count > 2) {
                 track->sigma_px = noise;
                 track->rejected = track->residual > outlier_sigmas * noise;
@@ -320,15 +320,16 @@ static void fit(struct self_calibration *self, struct refine_tracks *tracks,
 }
 
 static int compare(const struct refine_picture picture[2], struct arena *arena,
-                   struct self_calibration *self, struct refine_tracks *tracks, int first,
+                   struct adjustment *adjustment, struct refine_tracks *tracks, int first,
                    struct bracket_report *report) {
     struct side_pictures side[2];
     bool found[2] = {false, false};
-    struct placing p = {.picture = picture, .self = self, .w = 1 / report->pair[1].depth_mm};
+    struct placing p = {
+        .picture = picture, .adjustment = adjustment, .w = 1 / report->pair[1].depth_mm};
     for (int k = 0; k < 2; k++) {
         const double skips = (double)picture[0].window[k].skip / picture[1].window[k].skip;
-        side[k].ratio =
-            skips * self->view[self_view(1, k)].lens.fx_px / self->view[self_view(0, k)].lens.fx_px;
+        side[k].ratio = skips * adjustment->view[adjust_view(1, k)].lens.fx_px /
+                        adjustment->view[adjust_view(0, k)].lens.fx_px;
         p.side = k;
         p.s = &side[k];
         const int error = side[k].ratio < ratio_min ? ERROR_OK : place_side(&p, arena, &found[k]);
@@ -338,19 +339,19 @@ static int compare(const struct refine_picture picture[2], struct arena *arena,
     }
     if (found[0] || found[1]) {
         report->carried = carry_tracks(&p, side, found, tracks, first);
-        fit(self, tracks, report);
+        fit(adjustment, tracks, report);
         for (int k = 0; k < 2 && report->carried > 0; k++) {
-            self_calibration_beside(self, VIEW_TERMS * self_view(1, k) + VIEW_ROTATION_Y,
-                                    &report->turn_rad[k], &report->turn_sigma_rad[k]);
+            adjustment_extra_term(adjustment, VIEW_TERMS * adjust_view(1, k) + VIEW_ROTATION_Y,
+                                  &report->turn_rad[k], &report->turn_sigma_rad[k]);
         }
     }
     return ERROR_OK;
 }
 
 int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
-                 struct self_calibration *self, struct bracket_report *report) {
+                 struct adjustment *adjustment, struct bracket_report *report) {
     const size_t mark = arena_mark(arena);
-    INVARIANT(picture[0].state == 0 && picture[1].state == 1 && self->views == 4);
+    INVARIANT(picture[0].state == 0 && picture[1].state == 1 && adjustment->views == 4);
     *report = (struct bracket_report){.turn_sigma_rad = {INFINITY, INFINITY}};
     struct refine_tracks tracks = {arena_take(arena, 2 * SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
                                    2 * SPARSE_LEFT_MAX};
@@ -358,13 +359,13 @@ int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
     int first = 0;
     for (int i = 0; i < 2 && error == ERROR_OK; i++) {
         first = tracks.count;
-        error = refine_match(&picture[i], arena, self, &tracks, &report->pair[i]);
+        error = refine_match(&picture[i], arena, adjustment, &tracks, &report->pair[i]);
     }
     if (error == ERROR_OK && report->pair[1].used > 0) {
-        error = compare(picture, arena, self, &tracks, first, report);
+        error = compare(picture, arena, adjustment, &tracks, first, report);
     }
     for (int i = 0; i < 2 && error == ERROR_OK; i++) {
-        refine_assess(&picture[i], self, &report->pair[i]);
+        refine_assess(&picture[i], adjustment, &report->pair[i]);
     }
     arena_release(arena, mark);
     return error;
@@ -387,6 +388,6 @@ size_t zoom_bracket_need_bytes(int width, int height) {
                              sparse_picture_need_bytes(width, height, 4 * CORNERS_MAX) +
                              sparse_match_need_bytes(CORNERS_MAX, 4 * CORNERS_MAX);
     const size_t matching = refine_match_need_bytes(width, height);
-    return arena_need_bytes(2 * SPARSE_LEFT_MAX, sizeof(struct self_track)) +
+    return arena_need_bytes(2 * SPARSE_LEFT_MAX, sizeof(struct adjust_track)) +
            (comparing > matching ? comparing : matching);
 }

@@ -20,11 +20,11 @@ struct bracket_report {
     double turn_rad[2], turn_sigma_rad[2];
 };
 
-/// `picture[0]` is the wider pair, of state 0, `picture[1]` the other, of state 1; `self` was begun
-/// with both. If the pictures before and after cannot be compared, `carried` is 0 and `self` fits
-/// the pairs alone. ERROR_MEMORY.
+/// `picture[0]` is the wider pair, of state 0, `picture[1]` the other, of state 1; `adjustment` was
+/// begun with both. If the pictures before and after cannot be compared, `carried` is 0 and
+/// `adjustment` fits the pairs alone. ERROR_MEMORY.
 int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
-                 struct self_calibration *self, struct bracket_report *report);
+                 struct adjustment *adjustment, struct bracket_report *report);
 size_t zoom_bracket_need_bytes(int width, int height);
 
 /// Whether a camera turned between the pairs.

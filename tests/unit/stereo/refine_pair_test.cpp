@@ -142,11 +142,11 @@ TEST_CASE("pictures before and after zooming show where the rings are") {
     at[1].picture.state = 1;
     const zoom_state axes[2] = {at[0].picture.axes, at[1].picture.axes};
     const refine_picture pictures[2] = {at[0].picture, at[1].picture};
-    Memory memory(self_calibration_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
-    self_calibration self;
+    Memory memory(adjustment_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
+    adjustment adjustment;
     bracket_report report;
-    REQUIRE(self_calibration_begin(rig.get(), axes, 2, &memory.pool, &self) == ERROR_OK);
-    REQUIRE(zoom_bracket(pictures, &memory.pool, &self, &report) == ERROR_OK);
+    REQUIRE(adjustment_begin(rig.get(), axes, 2, &memory.pool, &adjustment) == ERROR_OK);
+    REQUIRE(zoom_bracket(pictures, &memory.pool, &adjustment, &report) == ERROR_OK);
     CHECK(report.carried > 100);
     CHECK(report.carried_px < 0.4);
     for (int state = 0; state < 2; state++) {
@@ -154,7 +154,7 @@ TEST_CASE("pictures before and after zooming show where the rings are") {
         const refine_report &pair = report.pair[state];
         CHECK(pair.focal.after < 0.5 * pair.focal.before);
         for (int side = 0; side < 2; side++) {
-            const double focal = self.view[self_view(state, side)].lens.fx_px /
+            const double focal = adjustment.view[adjust_view(state, side)].lens.fx_px /
                                      at[state].truth[side].image_distance_px -
                                  1;
             CHECK(std::abs(focal) < 4 * pair.focal.after);

@@ -12,8 +12,8 @@
 #include "daemon/session/calibration_at.h"
 #include "daemon/surface/calibration_loader.h"
 #include "stereo/geometry/geometry.h"
+#include "stereo/zoom/adjustment.h"
 #include "stereo/zoom/refine_pair.h"
-#include "stereo/zoom/self_calibration.h"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
@@ -46,7 +46,7 @@ class looker {
     bool run(touch_up_look *look, std::string *error) {
         message last_error{};
         zoom_state state{};
-        std::vector<unsigned char> memory(self_calibration_need_bytes(1));
+        std::vector<unsigned char> memory(adjustment_need_bytes(1));
         arena pool{};
         arena_init(&pool, memory.data(), memory.size());
         if (calibration_at_axes(shot_.state.get(), &state, &last_error) != ERROR_OK ||
@@ -58,7 +58,7 @@ class looker {
         collect();
         look->corners = int(pairs_.size());
         look->marks = board_.corner_count() == 2;
-        if (self_calibration_begin(&zoom_, &state, 1, &pool, &self_) != ERROR_OK) {
+        if (adjustment_begin(&zoom_, &state, 1, &pool, &adjustment_) != ERROR_OK) {
             *error = "out of memory";
             return false;
         }
@@ -79,7 +79,7 @@ class looker {
             *error = "too few corners of the board in both pictures";
             return false;
         }
-        if (!measure(self_prior_sigma, &look->read) || !fit_rows(look) ||
+        if (!measure(adjust_prior_sigma, &look->read) || !fit_rows(look) ||
             (corrects_ && !fit_board(look))) {
             return false;
         }
@@ -90,7 +90,7 @@ class looker {
         return !corrects_ || finish(look);
     }
 
-    using sigma_function = double (*)(const self_calibration *, const double *);
+    using sigma_function = double (*)(const adjustment *, const double *);
 
     using places = std::array<std::array<double, 2>, 2>;
 
@@ -105,17 +105,17 @@ class looker {
 
     /// With the pair's own matches, and a thing at infinity whose sigma is taken `factor` times.
     int solve(double factor) {
-        std::vector<self_track> tracks = own_;
+        std::vector<adjust_track> tracks = own_;
         if (has_far_) {
             tracks.push_back(far_);
             tracks.back().sigma_px *= factor;
         }
-        return self_calibration_solve(&self_, tracks.data(), int(tracks.size()));
+        return adjustment_solve(&adjustment_, tracks.data(), int(tracks.size()));
     }
 
     /// Matches the two pictures, as any pair is refined, and corrects the views by them and by
     /// `more`. Without pictures there are no matches.
-    void match_own(const std::vector<self_track> &more, touch_up_look *look) {
+    void match_own(const std::vector<adjust_track> &more, touch_up_look *look) {
         std::array<calibrate_image, 2> image;
         refine_picture picture{};
         picture.axes = state_;
@@ -132,7 +132,7 @@ class looker {
             picture.grey[side] = {one.grey.data(), one.width_px, one.height_px, one.width_px};
             picture.window[side] = shot_.state->origin.side[side].window;
         }
-        std::vector<self_track> tracks(SPARSE_LEFT_MAX);
+        std::vector<adjust_track> tracks(SPARSE_LEFT_MAX);
         refine_tracks kept = {tracks.data(), 0, SPARSE_LEFT_MAX};
         refine_report report{};
         if (whole) {
@@ -142,23 +142,23 @@ class looker {
             std::vector<unsigned char> memory(bytes);
             arena pool{};
             arena_init(&pool, memory.data(), memory.size());
-            if (refine_match(&picture, &pool, &self_, &kept, &report) == ERROR_OK) {
+            if (refine_match(&picture, &pool, &adjustment_, &kept, &report) == ERROR_OK) {
                 own_.assign(tracks.begin(), tracks.begin() + kept.count);
             }
         }
         look->matches = int(own_.size());
-        std::vector<self_track> all = own_;
+        std::vector<adjust_track> all = own_;
         all.insert(all.end(), more.begin(), more.end());
-        (void)self_calibration_solve(&self_, all.data(), int(all.size()));
+        (void)adjustment_solve(&adjustment_, all.data(), int(all.size()));
         look->own_rows_px = own_rows_px();
     }
 
     /// Median distance of the pair's own matches from the epipolar lines.
     double own_rows_px() const {
         std::vector<double> rows;
-        for (self_track track : own_) {
-            double residual = 0, gradient[SELF_TERMS_MAX];
-            if (self_track_epipolar(&self_, &track, &residual, gradient)) {
+        for (adjust_track track : own_) {
+            double residual = 0, gradient[ADJUST_TERMS_MAX];
+            if (adjust_track_epipolar(&adjustment_, &track, &residual, gradient)) {
                 rows.push_back(std::abs(residual) * std::sqrt(2.0));
             }
         }
@@ -171,23 +171,25 @@ class looker {
     bool agrees_with_own(touch_up_look *look) const {
         look->own_rows_after_px = own_rows_px();
         look->own_apart = look->own_rows_after_px > rows_factor * look->own_rows_px + rows_more_px;
-        return !look->own_apart && (look->corners > 2 || self_surprise(&self_) < max_sigmas);
+        return !look->own_apart &&
+               (look->corners > 2 || adjust_chi_square_score(&adjustment_) < max_sigmas);
     }
 
     /// The direction of a thing at infinity, without a length.
     bool fit_far(touch_up_look *look) {
         look->depth_mm = far_depth_mm;
-        if (!measure_far_only(self_prior_sigma, &look->read, &look->depth_sigma_mm)) {
+        if (!measure_far_only(adjust_prior_sigma, &look->read, &look->depth_sigma_mm)) {
             return false;
         }
         match_own({}, look);
-        if (!measure_far_only(self_posterior_sigma, &look->fitted, &look->fitted_depth_sigma_mm)) {
+        if (!measure_far_only(adjust_posterior_sigma, &look->fitted,
+                              &look->fitted_depth_sigma_mm)) {
             return false;
         }
         for (const double factor : from_far_to_near) {
             (void)solve(factor);
         }
-        if (!measure_far_only(self_posterior_sigma, &look->corrected,
+        if (!measure_far_only(adjust_posterior_sigma, &look->corrected,
                               &look->corrected_depth_sigma_mm) ||
             !(std::max(look->corrected.rows_z(), look->corrected.far_z()) < max_sigmas)) {
             return false;
@@ -203,59 +205,62 @@ class looker {
 
     /// By how much the two directions of the thing at infinity differ, along the rows: px of the
     /// left camera.
-    bool far_apart(const self_calibration &self, double *apart_px) const {
+    bool far_apart(const adjustment &adjustment, double *apart_px) const {
         double left[3], right[3];
-        if (!camera_view_ray(&self.view[0], far_.pixel_px[0], left) ||
-            !camera_view_ray(&self.view[1], far_.pixel_px[1], right) || !(left[2] > 0) ||
+        if (!camera_view_ray(&adjustment.view[0], far_.pixel_px[0], left) ||
+            !camera_view_ray(&adjustment.view[1], far_.pixel_px[1], right) || !(left[2] > 0) ||
             !(right[2] > 0)) {
             return false;
         }
-        *apart_px = (right[0] / right[2] - left[0] / left[2]) * self.view[0].lens.fx_px;
+        *apart_px = (right[0] / right[2] - left[0] / left[2]) * adjustment.view[0].lens.fx_px;
         return true;
     }
 
     bool measure_far(sigma_function sigma_of, board_fit *fit) const {
-        double gradient[SELF_TERMS_MAX] = {}, apart = 0, after = 0;
-        if (!far_apart(self_, &apart)) {
+        double gradient[ADJUST_TERMS_MAX] = {}, apart = 0, after = 0;
+        if (!far_apart(adjustment_, &apart)) {
             return false;
         }
-        for (int i = 0; i < self_.terms; i++) {
-            self_calibration moved;
+        for (int i = 0; i < adjustment_.terms; i++) {
+            adjustment moved;
             const double step = moved_view(i, &moved);
             gradient[i] = step > 0 && far_apart(moved, &after) ? (after - apart) / step : 0;
         }
         fit->far_px = std::abs(apart);
-        fit->far_sigma_px = std::hypot(sigma_of(&self_, gradient), far_.sigma_px * std::sqrt(2.0));
+        fit->far_sigma_px =
+            std::hypot(sigma_of(&adjustment_, gradient), far_.sigma_px * std::sqrt(2.0));
         return true;
     }
 
     /// How far the thing at infinity is from its epipolar line and from infinity, and how well the
     /// depth at `far_depth_mm` is known.
     bool measure_far_only(sigma_function sigma_of, board_fit *fit, double *sigma_mm) const {
-        const double middle[2] = {0.5 * self_.view[0].lens.width_px,
-                                  0.5 * self_.view[0].lens.height_px};
-        double residual = 0, along[SELF_TERMS_MAX] = {}, gradient[SELF_TERMS_MAX];
-        self_track track = far_;
+        const double middle[2] = {0.5 * adjustment_.view[0].lens.width_px,
+                                  0.5 * adjustment_.view[0].lens.height_px};
+        double residual = 0, along[ADJUST_TERMS_MAX] = {}, gradient[ADJUST_TERMS_MAX];
+        adjust_track track = far_;
         track.at_infinity = false;
-        if (!self_track_epipolar(&self_, &track, &residual, along) || !measure_far(sigma_of, fit) ||
-            !self_depth_gradient(&self_, 0, middle, far_depth_mm, gradient)) {
+        if (!adjust_track_epipolar(&adjustment_, &track, &residual, along) ||
+            !measure_far(sigma_of, fit) ||
+            !adjust_depth_gradient(&adjustment_, 0, middle, far_depth_mm, gradient)) {
             return false;
         }
         fit->rows_px = std::abs(residual) * std::sqrt(2.0);
-        fit->rows_sigma_px = std::hypot(sigma_of(&self_, along), far_.sigma_px) * std::sqrt(2.0);
-        *sigma_mm = sigma_of(&self_, gradient);
+        fit->rows_sigma_px =
+            std::hypot(sigma_of(&adjustment_, along), far_.sigma_px) * std::sqrt(2.0);
+        *sigma_mm = sigma_of(&adjustment_, gradient);
         return true;
     }
 
     /// The views with one correction changed by a part of its uncertainty, which is returned.
-    double moved_view(int term, self_calibration *moved) const {
-        double one[SELF_TERMS_MAX] = {};
+    double moved_view(int term, adjustment *moved) const {
+        double one[ADJUST_TERMS_MAX] = {};
         std::array<double, VIEW_TERMS> correction{};
         one[term] = 1;
-        const double step = 0.1 * self_prior_sigma(&self_, one);
+        const double step = 0.1 * adjust_prior_sigma(&adjustment_, one);
         correction[size_t(term % VIEW_TERMS)] = step;
-        *moved = self_;
-        camera_view_correct(&self_.view[term / VIEW_TERMS], correction.data(),
+        *moved = adjustment_;
+        camera_view_correct(&adjustment_.view[term / VIEW_TERMS], correction.data(),
                             &moved->view[term / VIEW_TERMS]);
         return step;
     }
@@ -288,8 +293,8 @@ class looker {
         sigma_px_ = std::max(min_sigma_px, std::sqrt(square / count));
     }
 
-    self_track track_of(const both &pair) const {
-        self_track track{};
+    adjust_track track_of(const both &pair) const {
+        adjust_track track{};
         track.count = 2;
         track.view[1] = 1;
         track.sigma_px = sigma_px_;
@@ -300,13 +305,13 @@ class looker {
     }
 
     /// Sides of the squares along the board's rows; none if a corner cannot be placed.
-    std::vector<double> sides(const self_calibration &self) const {
+    std::vector<double> sides(const adjustment &adjustment) const {
         std::vector<std::array<double, 3>> at(points_.size());
         std::vector<bool> known(points_.size());
         std::vector<double> found;
         for (const both &pair : pairs_) {
-            self_track track = track_of(pair);
-            if (!self_track_place(&self, &track) || !(track.point.w > 0)) {
+            adjust_track track = track_of(pair);
+            if (!adjust_track_place(&adjustment, &track) || !(track.point.w > 0)) {
                 return {};
             }
             const far_point &point = track.point;
@@ -326,20 +331,20 @@ class looker {
 
     /// Their mean, which is predicted as well as the views are known and the corners found.
     bool measure_squares(sigma_function sigma_of, board_fit *fit) const {
-        const std::vector<double> found = sides(self_);
+        const std::vector<double> found = sides(adjustment_);
         const double count = double(found.size());
-        double square = 0, gradient[SELF_TERMS_MAX] = {};
+        double square = 0, gradient[ADJUST_TERMS_MAX] = {};
         fit->square_mm = mean(found);
         for (const double side : found) {
             square += (side - fit->square_mm) * (side - fit->square_mm);
         }
-        for (int i = 0; i < self_.terms; i++) {
-            self_calibration moved;
+        for (int i = 0; i < adjustment_.terms; i++) {
+            adjustment moved;
             const double step = moved_view(i, &moved);
             gradient[i] = step > 0 ? (mean(sides(moved)) - fit->square_mm) / step : 0;
         }
         fit->square_sigma_mm =
-            std::hypot(sigma_of(&self_, gradient), zoom_.scale_sigma * fit->square_mm,
+            std::hypot(sigma_of(&adjustment_, gradient), zoom_.scale_sigma * fit->square_mm,
                        std::sqrt(square) / std::max(1.0, count));
         return count > 0;
     }
@@ -360,13 +365,14 @@ class looker {
     bool measure(sigma_function sigma_of, board_fit *fit) const {
         std::vector<double> rows, sigmas;
         for (const both &pair : pairs_) {
-            self_track track = track_of(pair);
-            double residual = 0, gradient[SELF_TERMS_MAX] = {};
-            if (!self_track_epipolar(&self_, &track, &residual, gradient)) {
+            adjust_track track = track_of(pair);
+            double residual = 0, gradient[ADJUST_TERMS_MAX] = {};
+            if (!adjust_track_epipolar(&adjustment_, &track, &residual, gradient)) {
                 return false;
             }
             rows.push_back(std::abs(residual) * std::sqrt(2.0));
-            sigmas.push_back(std::hypot(sigma_of(&self_, gradient), sigma_px_) * std::sqrt(2.0));
+            sigmas.push_back(std::hypot(sigma_of(&adjustment_, gradient), sigma_px_) *
+                             std::sqrt(2.0));
         }
         fit->rows_px = median(rows);
         fit->rows_sigma_px = median(sigmas);
@@ -375,39 +381,39 @@ class looker {
 
     /// Distance of the board's middle, and how well it is known.
     bool measure_depth(sigma_function sigma_of, double *depth_mm, double *sigma_mm) const {
-        double gradient[SELF_TERMS_MAX], seen[3], offset[3];
-        self_track track = track_of(pairs_[pairs_.size() / 2]);
-        if (!self_track_place(&self_, &track) || !(track.point.w > 0)) {
+        double gradient[ADJUST_TERMS_MAX], seen[3], offset[3];
+        adjust_track track = track_of(pairs_[pairs_.size() / 2]);
+        if (!adjust_track_place(&adjustment_, &track) || !(track.point.w > 0)) {
             return false;
         }
         const far_point &point = track.point;
         const double from[3] = {point.x / point.w, point.y / point.w, 1 / point.w};
         for (int i = 0; i < 3; i++) {
-            offset[i] = point.origin_mm[i] + from[i] - self_.view[0].position_mm[i];
+            offset[i] = point.origin_mm[i] + from[i] - adjustment_.view[0].position_mm[i];
         }
-        geometry_rotate_back(self_.view[0].R_instrument_camera, offset, seen);
+        geometry_rotate_back(adjustment_.view[0].R_instrument_camera, offset, seen);
         *depth_mm = seen[2];
         if (!(seen[2] > 0) ||
-            !self_depth_gradient(&self_, 0, track.pixel_px[0], seen[2], gradient)) {
+            !adjust_depth_gradient(&adjustment_, 0, track.pixel_px[0], seen[2], gradient)) {
             return false;
         }
-        *sigma_mm = sigma_of(&self_, gradient);
+        *sigma_mm = sigma_of(&adjustment_, gradient);
         return true;
     }
 
     /// As a pair is refined whose scene is not known.
     bool fit_rows(touch_up_look *look) {
-        if (!measure_depth(self_prior_sigma, &look->depth_mm, &look->depth_sigma_mm)) {
+        if (!measure_depth(adjust_prior_sigma, &look->depth_mm, &look->depth_sigma_mm)) {
             return false;
         }
-        std::vector<self_track> tracks;
+        std::vector<adjust_track> tracks;
         for (const both &pair : pairs_) {
             tracks.push_back(track_of(pair));
         }
         match_own(tracks, look);
         double depth_mm = 0;
-        return measure(self_posterior_sigma, &look->fitted) &&
-               measure_depth(self_posterior_sigma, &depth_mm, &look->fitted_depth_sigma_mm);
+        return measure(adjust_posterior_sigma, &look->fitted) &&
+               measure_depth(adjust_posterior_sigma, &depth_mm, &look->fitted_depth_sigma_mm);
     }
 
     bool fit_board(touch_up_look *look) {
@@ -417,25 +423,25 @@ class looker {
         target_.point_mm = reinterpret_cast<const double(*)[3]>(points_.data());
         target_.sight = sights_.data();
         (void)solve(from_far_to_near[0]);
-        self_.target = &target_;
+        adjustment_.target = &target_;
         for (const double factor : from_far_to_near) {
             target_.sigma_px = factor * sigma_px_;
-            if (!self_target_place(self_.view, &target_)) {
+            if (!adjust_target_place(adjustment_.view, &target_)) {
                 return false;
             }
             (void)solve(factor);
         }
-        return measure(self_posterior_sigma, &look->corrected) &&
+        return measure(adjust_posterior_sigma, &look->corrected) &&
                look->corrected.far_z() < max_sigmas &&
                std::max(look->corrected.rows_z(), look->corrected.square_z(board_.square_mm)) <
                    max_sigmas &&
-               measure_depth(self_posterior_sigma, &look->depth_mm,
+               measure_depth(adjust_posterior_sigma, &look->depth_mm,
                              &look->corrected_depth_sigma_mm);
     }
 
     bool finish(touch_up_look *look) {
         calibration &rig = look->rig;
-        camera_view_pair(&self_.view[0], &self_.view[1], &rig);
+        camera_view_pair(&adjustment_.view[0], &adjustment_.view[1], &rig);
         rig.scale_sigma = zoom_.scale_sigma;
         rig.yaw_sigma_rad = look->corrected_depth_sigma_mm * calibration_baseline_mm(&rig) /
                             (look->depth_mm * look->depth_mm);
@@ -453,10 +459,10 @@ class looker {
     std::vector<target_sight> sights_;
     double sigma_px_ = min_sigma_px;
     zoom_state state_ = {};
-    std::vector<self_track> own_;  // matches of the two pictures
-    self_calibration self_ = {};
-    self_target target_ = {};
-    self_track far_ = {};
+    std::vector<adjust_track> own_;  // matches of the two pictures
+    adjustment adjustment_ = {};
+    adjust_target target_ = {};
+    adjust_track far_ = {};
     bool has_far_ = false;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/zoom/self_target.h"
+#include "stereo/zoom/adjust_target.h"
 
 #include <math.h>
 #include <string.h>
@@ -15,7 +15,7 @@ static const double cauchy_sigmas = 2.385;
 
 // The normal equations of a target: of its pose, and of both with the corrections.
 struct normal {
-    double pose[POSE][POSE], mixed[POSE][SELF_TERMS_MAX], side[POSE];
+    double pose[POSE][POSE], mixed[POSE][ADJUST_TERMS_MAX], side[POSE];
 };
 
 // One sight: residual, and derivatives with respect to view and pose.
@@ -23,7 +23,7 @@ struct row {
     double residual[2], of_view[2][VIEW_TERMS], of_pose[2][POSE];
 };
 
-static bool look(const struct camera_view *view, const struct self_target *target,
+static bool look(const struct camera_view *view, const struct adjust_target *target,
                  const struct target_sight *sight, struct row *row) {
     double arm[3], point[3], pixel[2], of_point[2][3];
     const struct camera_view *camera = &view[sight->view];
@@ -55,14 +55,14 @@ static bool look(const struct camera_view *view, const struct self_target *targe
 }
 
 // Share of its squared limit by which a sight is off.
-static double share_of(const struct self_target *target, const struct row *row) {
+static double share_of(const struct adjust_target *target, const struct row *row) {
     const double limit = target->sigma_px * cauchy_sigmas;
     INVARIANT(limit > 0);
     return (row->residual[0] * row->residual[0] + row->residual[1] * row->residual[1]) /
            (2 * limit * limit);
 }
 
-static double weight_of(const struct self_target *target, const struct row *row) {
+static double weight_of(const struct adjust_target *target, const struct row *row) {
     return 1 / (target->sigma_px * target->sigma_px * (1 + share_of(target, row)));
 }
 
@@ -82,7 +82,7 @@ static void add_pose(const struct row *row, double weight, struct normal *n) {
 }
 
 // The normal equations of the pose and what is to be made small.
-static bool weigh(const struct camera_view *view, struct self_target *target, struct normal *n,
+static bool weigh(const struct camera_view *view, struct adjust_target *target, struct normal *n,
                   double *cost) {
     double square = 0;
     memset(n, 0, sizeof *n);
@@ -101,7 +101,7 @@ static bool weigh(const struct camera_view *view, struct self_target *target, st
 }
 
 // Moves the pose by the solution of its equations, which are damped.
-static void move(const struct normal *n, double damping, struct self_target *target) {
+static void move(const struct normal *n, double damping, struct adjust_target *target) {
     double factor[POSE * POSE], step[POSE], turn[9], turned[9];
     memcpy(factor, n->pose, sizeof factor);
     memcpy(step, n->side, sizeof step);
@@ -121,8 +121,8 @@ static void move(const struct normal *n, double damping, struct self_target *tar
 
 // Moves the pose to the best agreement with the sights (Levenberg and Marquardt): if a length does
 // not fit, undamped steps overshoot.
-static bool settle(const struct camera_view *view, struct self_target *target) {
-    struct self_target best = *target;
+static bool settle(const struct camera_view *view, struct adjust_target *target) {
+    struct adjust_target best = *target;
     struct normal n, trial;
     double least, cost, damping = 1e-6;
     if (!weigh(view, target, &n, &least)) {
@@ -150,7 +150,7 @@ static bool settle(const struct camera_view *view, struct self_target *target) {
 }
 
 // The point where two cameras see a point of the target.
-static bool meet(const struct camera_view *view, const struct self_target *target, int point,
+static bool meet(const struct camera_view *view, const struct adjust_target *target, int point,
                  double result_mm[3]) {
     const struct target_sight *seen[2] = {NULL, NULL};
     for (int i = 0; i < target->sights; i++) {
@@ -215,7 +215,7 @@ static double off_line(const double a[3], const double b[3], const double c[3]) 
 }
 
 // The next point that both cameras see, as far as possible from the ones before; -1: none.
-static int next_point(const struct camera_view *view, const struct self_target *target,
+static int next_point(const struct camera_view *view, const struct adjust_target *target,
                       const int *chosen, int count) {
     int best = -1;
     double most = 1e-9, at[3];
@@ -233,7 +233,7 @@ static int next_point(const struct camera_view *view, const struct self_target *
 }
 
 // Three points of the target that both cameras see, far apart; a length gets a third beside it.
-static bool choose_points(const struct camera_view *view, const struct self_target *target,
+static bool choose_points(const struct camera_view *view, const struct adjust_target *target,
                           double own[3][3], double seen[3][3]) {
     static const double beside_mm[3] = {0, 100, 37};
     int chosen[3] = {-1, -1, -1};
@@ -252,7 +252,7 @@ static bool choose_points(const struct camera_view *view, const struct self_targ
     return chosen[1] >= 0;
 }
 
-bool self_target_place(const struct camera_view *view, struct self_target *target) {
+bool adjust_target_place(const struct camera_view *view, struct adjust_target *target) {
     double own[3][3], seen[3][3], R_target[9], R_seen[9], arm[3];
     if (!choose_points(view, target, own, seen) || !axes_of(own, R_target) ||
         !axes_of(seen, R_seen)) {
@@ -275,7 +275,7 @@ static void eliminate(struct normal *n, int terms, double *H, double *g) {
     cholesky_factorize(&n->pose[0][0], POSE, unseen);
     cholesky_forward(&n->pose[0][0], POSE, n->side, 1);
     for (int c = 0; c < terms; c++) {
-        cholesky_forward(&n->pose[0][0], POSE, &n->mixed[0][c], SELF_TERMS_MAX);
+        cholesky_forward(&n->pose[0][0], POSE, &n->mixed[0][c], ADJUST_TERMS_MAX);
     }
     for (int k = 0; k < POSE; k++) {
         for (int a = 0; a < terms; a++) {
@@ -287,8 +287,8 @@ static void eliminate(struct normal *n, int terms, double *H, double *g) {
     }
 }
 
-void self_target_add(const struct camera_view *view, struct self_target *target, int terms,
-                     double *H, double *g) {
+void adjust_target_add(const struct camera_view *view, struct adjust_target *target, int terms,
+                       double *H, double *g) {
     struct normal n;
     memset(&n, 0, sizeof n);
     if (!settle(view, target)) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A rigid thing of known shape in view, such as a board with its corners or two marks at a known
 /// distance: what a pair cannot show, its size gives.
-#ifndef VERGENCE_STEREO_ZOOM_SELF_TARGET_H
-#define VERGENCE_STEREO_ZOOM_SELF_TARGET_H
+#ifndef VERGENCE_STEREO_ZOOM_ADJUST_TARGET_H
+#define VERGENCE_STEREO_ZOOM_ADJUST_TARGET_H
 
 #include <stdbool.h>
 
-#include "stereo/zoom/self_prior.h"
+#include "stereo/zoom/adjust_prior.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -18,23 +18,23 @@ struct target_sight {
     double pixel_px[2];
 };
 
-struct self_target {
+struct adjust_target {
     int points, sights;
     const double (*point_mm)[3];  // in the target's own frame
     const struct target_sight *sight;
     double sigma_px;  // of one coordinate of a sight
-    // Pose, placed by self_target_place:
+    // Pose, placed by adjust_target_place:
     double R_instrument_target[9], position_mm[3];
     double residual_px;  // rms of one coordinate, at the last fit
 };
 
 /// Places the target where the views see it, at least three of its points in both cameras of a
 /// state; two points make a length. False if that fails.
-bool self_target_place(const struct camera_view *view, struct self_target *target);
+bool adjust_target_place(const struct camera_view *view, struct adjust_target *target);
 
 /// Adds what the target shows, its pose eliminated, to the normal equations of `terms` corrections.
-void self_target_add(const struct camera_view *view, struct self_target *target, int terms,
-                     double *H, double *g);
+void adjust_target_add(const struct camera_view *view, struct adjust_target *target, int terms,
+                       double *H, double *g);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/zoom/self_prior.h"
+#include "stereo/zoom/adjust_prior.h"
 
 #include <math.h>
 #include <string.h>
@@ -10,7 +10,7 @@
 // What the derivatives are taken of.
 struct prior {
     struct zoom_camera camera[2];
-    struct zoom_state state[SELF_STATES_MAX];
+    struct zoom_state state[ADJUST_STATES_MAX];
     int states, terms;
 };
 
@@ -37,7 +37,7 @@ static void effect(struct prior *prior, double *number, double step, double *col
         *number = kept - step;
         views_at(prior, state, below);
         for (int side = 0; side < 2; side++) {
-            double *terms = column + VIEW_TERMS * self_view(state, side);
+            double *terms = column + VIEW_TERMS * adjust_view(state, side);
             camera_view_difference(&above[side], &below[side], terms);
             for (int i = 0; i < VIEW_TERMS; i++) {
                 terms[i] *= 0.5;
@@ -56,7 +56,7 @@ static void add_square(const double *column, int terms, double *covariance) {
 }
 
 static void add_deviation(struct prior *prior, double *number, double sigma, double *covariance) {
-    double column[SELF_TERMS_MAX];
+    double column[ADJUST_TERMS_MAX];
     if (sigma > 0) {
         effect(prior, number, sigma, column);
         add_square(column, prior->terms, covariance);
@@ -74,8 +74,8 @@ static double *position(struct prior *prior, int state, int side, enum motor mot
 // The same deviation in all states.
 static void add_common(struct prior *prior, int side, enum motor motor, double sigma,
                        double *covariance) {
-    double sum[SELF_TERMS_MAX] = {0}, column[SELF_TERMS_MAX];
-    INVARIANT(prior->terms <= SELF_TERMS_MAX);
+    double sum[ADJUST_TERMS_MAX] = {0}, column[ADJUST_TERMS_MAX];
+    INVARIANT(prior->terms <= ADJUST_TERMS_MAX);
     for (int state = 0; state < prior->states && sigma > 0; state++) {
         effect(prior, position(prior, state, side, motor), sigma, column);
         for (int i = 0; i < prior->terms; i++) {
@@ -124,7 +124,7 @@ static void add_parameters(const struct zoom_calibration *calibration, const dou
     const int count = calibration->parameters;
     INVARIANT(count >= 0 && count <= ZOOM_PARAMETERS_MAX);
     for (int i = 0; i < count; i++) {
-        double mixed[SELF_TERMS_MAX] = {0};
+        double mixed[ADJUST_TERMS_MAX] = {0};
         const double sigma_i = sqrt(covariance_of(calibration, i, i));
         for (int j = 0; j < count && sigma_i > 0; j++) {
             const double sigma_j = sqrt(covariance_of(calibration, j, j));
@@ -142,12 +142,12 @@ static void add_parameters(const struct zoom_calibration *calibration, const dou
     }
 }
 
-int self_prior_covariance(const struct zoom_calibration *calibration,
-                          const struct zoom_state *state, int states, struct arena *arena,
-                          double *covariance) {
+int adjust_prior_covariance(const struct zoom_calibration *calibration,
+                            const struct zoom_state *state, int states, struct arena *arena,
+                            double *covariance) {
     const size_t mark = arena_mark(arena);
     const int terms = 2 * states * VIEW_TERMS;
-    INVARIANT(states >= 1 && states <= SELF_STATES_MAX);
+    INVARIANT(states >= 1 && states <= ADJUST_STATES_MAX);
     struct prior *prior = arena_take(arena, 1, sizeof *prior);
     double *effects =
         arena_take(arena, (size_t)ZOOM_PARAMETERS_MAX * (size_t)terms, sizeof(double));
@@ -175,7 +175,7 @@ int self_prior_covariance(const struct zoom_calibration *calibration,
     return ERROR_OK;
 }
 
-size_t self_prior_need_bytes(int states) {
+size_t adjust_prior_need_bytes(int states) {
     return arena_need_bytes(1, sizeof(struct prior)) +
            arena_need_bytes((size_t)ZOOM_PARAMETERS_MAX * 2 * (size_t)states * VIEW_TERMS,
                             sizeof(double));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/zoom/self_calibration.h"
+#include "stereo/zoom/adjustment.h"
 
 #include <math.h>
 #include <string.h>
@@ -10,8 +10,8 @@
 #include "stereo/geometry/geometry.h"
 
 enum {
-    ROWS_MAX = 2 * SELF_SEEN_MAX,
-    COLUMNS_MAX = SELF_SEEN_MAX * VIEW_TERMS,
+    ROWS_MAX = 2 * ADJUST_SEEN_MAX,
+    COLUMNS_MAX = ADJUST_SEEN_MAX * VIEW_TERMS,
     PLACE_STEPS = 3,
     SOLVE_STEPS = 8,
 };
@@ -22,52 +22,52 @@ static const double no_variance = 1e-11;
 // Scale of the Cauchy weights in standard deviations: 95 % efficient for Gaussian noise.
 static const double cauchy_sigmas = 2.385;
 
-static void update_views(struct self_calibration *self) {
-    for (int i = 0; i < self->views; i++) {
-        camera_view_correct(&self->nominal[i], self->correction + VIEW_TERMS * i, &self->view[i]);
+static void update_views(struct adjustment *adjustment) {
+    for (int i = 0; i < adjustment->views; i++) {
+        camera_view_correct(&adjustment->nominal[i], adjustment->correction + VIEW_TERMS * i,
+                            &adjustment->view[i]);
     }
 }
 
-int self_calibration_begin(const struct zoom_calibration *calibration,
-                           const struct zoom_state *state, int states, struct arena *arena,
-                           struct self_calibration *self) {
-    INVARIANT(states >= 1 && states <= SELF_STATES_MAX);
-    memset(self, 0, sizeof *self);
-    self->views = 2 * states;
-    self->terms = self->views * VIEW_TERMS;
-    const size_t size = (size_t)self->terms * (size_t)self->terms;
-    self->prior = arena_take(arena, size, sizeof(double));
-    self->posterior = arena_take(arena, size, sizeof(double));
-    self->work = arena_take(arena, 3 * size, sizeof(double));
-    if (self->prior == NULL || self->posterior == NULL || self->work == NULL) {
+int adjustment_begin(const struct zoom_calibration *calibration, const struct zoom_state *state,
+                     int states, struct arena *arena, struct adjustment *adjustment) {
+    INVARIANT(states >= 1 && states <= ADJUST_STATES_MAX);
+    memset(adjustment, 0, sizeof *adjustment);
+    adjustment->views = 2 * states;
+    adjustment->terms = adjustment->views * VIEW_TERMS;
+    const size_t size = (size_t)adjustment->terms * (size_t)adjustment->terms;
+    adjustment->prior = arena_take(arena, size, sizeof(double));
+    adjustment->posterior = arena_take(arena, size, sizeof(double));
+    adjustment->work = arena_take(arena, 3 * size, sizeof(double));
+    if (adjustment->prior == NULL || adjustment->posterior == NULL || adjustment->work == NULL) {
         return ERROR_MEMORY;
     }
     for (int i = 0; i < states; i++) {
         struct zoom_pair pair;
         zoom_pair_at(calibration->camera, &state[i], &pair);
         for (int side = 0; side < 2; side++) {
-            struct camera_view *view = &self->nominal[self_view(i, side)];
+            struct camera_view *view = &adjustment->nominal[adjust_view(i, side)];
             view->lens = pair.side[side].lens;
             memcpy(view->R_instrument_camera, pair.side[side].R_instrument_camera,
                    sizeof view->R_instrument_camera);
             memcpy(view->position_mm, pair.side[side].position_mm, sizeof view->position_mm);
         }
     }
-    memset(self->prior, 0, size * sizeof(double));
-    const int error = self_prior_covariance(calibration, state, states, arena, self->prior);
+    memset(adjustment->prior, 0, size * sizeof(double));
+    const int error = adjust_prior_covariance(calibration, state, states, arena, adjustment->prior);
     if (error != ERROR_OK) {
         return error;
     }
-    cholesky_factorize(self->prior, self->terms, no_variance);
-    memcpy(self->posterior, self->prior, size * sizeof(double));
-    update_views(self);
+    cholesky_factorize(adjustment->prior, adjustment->terms, no_variance);
+    memcpy(adjustment->posterior, adjustment->prior, size * sizeof(double));
+    update_views(adjustment);
     return ERROR_OK;
 }
 
-size_t self_calibration_need_bytes(int states) {
+size_t adjustment_need_bytes(int states) {
     const size_t terms = 2 * (size_t)states * VIEW_TERMS;
     return 2 * arena_need_bytes(terms * terms, sizeof(double)) +
-           arena_need_bytes(3 * terms * terms, sizeof(double)) + self_prior_need_bytes(states);
+           arena_need_bytes(3 * terms * terms, sizeof(double)) + adjust_prior_need_bytes(states);
 }
 
 // A track's equations at the present views and point: residuals, and derivatives of the predicted
@@ -81,17 +81,17 @@ struct equations {
     double triangle[3][3];  // of_point = basis triangle, once orthonormal
 };
 
-static bool write_equations(const struct self_calibration *self, const struct self_track *track,
+static bool write_equations(const struct adjustment *adjustment, const struct adjust_track *track,
                             struct equations *e) {
-    INVARIANT(track->count >= 2 && track->count <= SELF_SEEN_MAX);
+    INVARIANT(track->count >= 2 && track->count <= ADJUST_SEEN_MAX);
     e->rows = 2 * track->count;
     e->columns = VIEW_TERMS * track->count;
     e->unknowns = track->at_infinity ? 2 : 3;
     INVARIANT(e->rows <= ROWS_MAX && e->columns <= COLUMNS_MAX);
     for (int i = 0; i < track->count; i++) {
         double pixel[2], of_view[2][VIEW_TERMS];
-        INVARIANT(track->view[i] >= 0 && track->view[i] < self->views);
-        if (!camera_view_project(&self->view[track->view[i]], &track->point, pixel, of_view,
+        INVARIANT(track->view[i] >= 0 && track->view[i] < adjustment->views);
+        if (!camera_view_project(&adjustment->view[track->view[i]], &track->point, pixel, of_view,
                                  e->of_point + 2 * i)) {
             return false;
         }
@@ -158,8 +158,9 @@ static void project_residual(const struct equations *e, double projected[3]) {
 }
 
 // The point on the first ray that is nearest in direction to the second.
-static bool start_point(const struct self_calibration *self, struct self_track *track) {
-    const struct camera_view *a = &self->view[track->view[0]], *b = &self->view[track->view[1]];
+static bool start_point(const struct adjustment *adjustment, struct adjust_track *track) {
+    const struct camera_view *a = &adjustment->view[track->view[0]],
+                             *b = &adjustment->view[track->view[1]];
     double first[3], second[3], arm[3], first_x[3], arm_x[3];
     if (!camera_view_ray(a, track->pixel_px[0], first) ||
         !camera_view_ray(b, track->pixel_px[1], second) || !(first[2] > 0)) {
@@ -181,12 +182,12 @@ static bool start_point(const struct self_calibration *self, struct self_track *
     return true;
 }
 
-bool self_track_place(const struct self_calibration *self, struct self_track *track) {
-    track->is_placed = start_point(self, track);
+bool adjust_track_place(const struct adjustment *adjustment, struct adjust_track *track) {
+    track->is_placed = start_point(adjustment, track);
     for (int step = 0; step < PLACE_STEPS && track->is_placed; step++) {
         struct equations e;
         double projected[3], change[3];
-        track->is_placed = write_equations(self, track, &e) && orthonormalize(&e);
+        track->is_placed = write_equations(adjustment, track, &e) && orthonormalize(&e);
         if (track->is_placed) {
             project_residual(&e, projected);
             point_change(&e, projected, change);
@@ -254,10 +255,10 @@ static void remove_point_of_two(struct equations *e) {
 
 // Writes a track's equations at its point, moves the point to where it fits best, and leaves what
 // it does not absorb.
-static bool reduce(const struct self_calibration *self, struct self_track *track,
+static bool reduce(const struct adjustment *adjustment, struct adjust_track *track,
                    struct equations *e) {
     double projected[3], change[3], sum = 0;
-    if (!write_equations(self, track, e) || !orthonormalize(e)) {
+    if (!write_equations(adjustment, track, e) || !orthonormalize(e)) {
         return false;
     }
     project_residual(e, projected);
@@ -279,19 +280,19 @@ static bool reduce(const struct self_calibration *self, struct self_track *track
 }
 
 // The same from the point of a fit before, or else from where the first two observations meet.
-static bool place_and_reduce(const struct self_calibration *self, struct self_track *track,
+static bool place_and_reduce(const struct adjustment *adjustment, struct adjust_track *track,
                              struct equations *e) {
-    if (track->is_placed && reduce(self, track, e)) {
+    if (track->is_placed && reduce(adjustment, track, e)) {
         return true;
     }
-    return self_track_place(self, track) && reduce(self, track, e);
+    return adjust_track_place(adjustment, track) && reduce(adjustment, track, e);
 }
 
-bool self_track_epipolar(const struct self_calibration *self, struct self_track *track,
-                         double *residual_px, double derivative[2 * VIEW_TERMS]) {
+bool adjust_track_epipolar(const struct adjustment *adjustment, struct adjust_track *track,
+                           double *residual_px, double derivative[2 * VIEW_TERMS]) {
     struct equations e;
     INVARIANT(track->count == 2);
-    if (!self_track_place(self, track) || !reduce(self, track, &e)) {
+    if (!adjust_track_place(adjustment, track) || !reduce(adjustment, track, &e)) {
         return false;
     }
     *residual_px = e.residual[0];
@@ -300,7 +301,7 @@ bool self_track_epipolar(const struct self_calibration *self, struct self_track 
 }
 
 // Adds the weighted equations to the normal ones.
-static void accumulate(const struct self_track *track, const struct equations *e, double weight,
+static void accumulate(const struct adjust_track *track, const struct equations *e, double weight,
                        int terms, double *H, double *g) {
     for (int a = 0; a < e->columns; a++) {
         const int i = VIEW_TERMS * track->view[a / VIEW_TERMS] + a % VIEW_TERMS;
@@ -332,23 +333,23 @@ static void multiply_transposed(const double *A, const double *B, int n, double 
 }
 
 // From the normal equations for corrections from zero.
-static void set_pull(struct self_calibration *self, const double *H, const double *g) {
-    for (int i = 0; i < self->terms; i++) {
-        self->pull[i] = g[i];
-        for (int j = 0; j < self->terms; j++) {
-            self->pull[i] -= H[i * self->terms + j] * self->correction[j];
+static void set_pull(struct adjustment *adjustment, const double *H, const double *g) {
+    for (int i = 0; i < adjustment->terms; i++) {
+        adjustment->pull[i] = g[i];
+        for (int j = 0; j < adjustment->terms; j++) {
+            adjustment->pull[i] -= H[i * adjustment->terms + j] * adjustment->correction[j];
         }
     }
 }
 
 // The most probable corrections for the normal equations, and what remains unknown.
-static void conclude(struct self_calibration *self, double *H, double *g) {
-    const int n = self->terms;
-    double *L = self->prior, *mixed = self->work + (size_t)n * (size_t)n,
-           *M = self->work + 2 * (size_t)n * (size_t)n;
+static void conclude(struct adjustment *adjustment, double *H, double *g) {
+    const int n = adjustment->terms;
+    double *L = adjustment->prior, *mixed = adjustment->work + (size_t)n * (size_t)n,
+           *M = adjustment->work + 2 * (size_t)n * (size_t)n;
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < n; j++) {
-            g[i] += H[i * n + j] * self->correction[j];
+            g[i] += H[i * n + j] * adjustment->correction[j];
         }
     }
     multiply_transposed(H, L, n, mixed);  // H is symmetric
@@ -358,7 +359,7 @@ static void conclude(struct self_calibration *self, double *H, double *g) {
     }
     cholesky_factorize(M, n, no_variance);
     // Column by column: G^-1 L^T, whose transpose is the factor of the posterior.
-    double *F = self->posterior;
+    double *F = adjustment->posterior;
     for (int row = 0; row < n; row++) {
         for (int i = 0; i < n; i++) {
             double rest = L[row * n + i];
@@ -376,25 +377,25 @@ static void conclude(struct self_calibration *self, double *H, double *g) {
         }
     }
     for (int i = 0; i < n; i++) {
-        self->correction[i] = 0;
+        adjustment->correction[i] = 0;
         for (int k = 0; k < n; k++) {
-            self->correction[i] += F[i * n + k] * mixed[k];
+            adjustment->correction[i] += F[i * n + k] * mixed[k];
         }
     }
-    set_pull(self, H, g);
-    update_views(self);
+    set_pull(adjustment, H, g);
+    update_views(adjustment);
 }
 
 // The largest change of a correction, squared, in variances of what remains unknown.
-static double change_since(const struct self_calibration *self, const double *before) {
-    const int n = self->terms;
+static double change_since(const struct adjustment *adjustment, const double *before) {
+    const int n = adjustment->terms;
     double change = 0;
     for (int i = 0; i < n; i++) {
         double variance = 0;
         for (int k = 0; k < n; k++) {
-            variance += self->posterior[i * n + k] * self->posterior[i * n + k];
+            variance += adjustment->posterior[i * n + k] * adjustment->posterior[i * n + k];
         }
-        const double move = self->correction[i] - before[i];
+        const double move = adjustment->correction[i] - before[i];
         if (variance > 0 && move * move > change * variance) {
             change = move * move / variance;
         }
@@ -402,10 +403,10 @@ static double change_since(const struct self_calibration *self, const double *be
     return change;
 }
 
-int self_calibration_solve(struct self_calibration *self, struct self_track *tracks, int count) {
-    const int n = self->terms;
-    INVARIANT(n > 0 && n <= SELF_TERMS_MAX && count >= 0);
-    double *H = self->work, g[SELF_TERMS_MAX];
+int adjustment_solve(struct adjustment *adjustment, struct adjust_track *tracks, int count) {
+    const int n = adjustment->terms;
+    INVARIANT(n > 0 && n <= ADJUST_TERMS_MAX && count >= 0);
+    double *H = adjustment->work, g[ADJUST_TERMS_MAX];
     int used = 0;
     for (int step = 0; step < SOLVE_STEPS; step++) {
         memset(H, 0, (size_t)n * (size_t)n * sizeof *H);
@@ -413,7 +414,7 @@ int self_calibration_solve(struct self_calibration *self, struct self_track *tra
         used = 0;
         for (int i = 0; i < count; i++) {
             struct equations e;
-            if (tracks[i].rejected || !place_and_reduce(self, &tracks[i], &e)) {
+            if (tracks[i].rejected || !place_and_reduce(adjustment, &tracks[i], &e)) {
                 continue;
             }
             const double sigma_px = tracks[i].sigma_px;
@@ -423,25 +424,26 @@ int self_calibration_solve(struct self_calibration *self, struct self_track *tra
             accumulate(&tracks[i], &e, weight, n, H, g);
             used++;
         }
-        if (self->target != NULL) {
-            self_target_add(self->view, self->target, n, H, g);
+        if (adjustment->target != NULL) {
+            adjust_target_add(adjustment->view, adjustment->target, n, H, g);
         }
-        double before[SELF_TERMS_MAX];
-        memcpy(before, self->correction, sizeof before);
-        conclude(self, H, g);
-        if (change_since(self, before) < 1e-4) {
+        double before[ADJUST_TERMS_MAX];
+        memcpy(before, adjustment->correction, sizeof before);
+        conclude(adjustment, H, g);
+        if (change_since(adjustment, before) < 1e-4) {
             break;
         }
     }
     return used;
 }
 
-bool self_depth_gradient(const struct self_calibration *self, int state, const double left_px[2],
-                         double depth_mm, double gradient[SELF_TERMS_MAX]) {
-    INVARIANT(self_view(state, 1) < self->views && depth_mm > 0);
-    memset(gradient, 0, SELF_TERMS_MAX * sizeof *gradient);
-    struct self_track track = {.count = 2, .view = {self_view(state, 0), self_view(state, 1)}};
-    const struct camera_view *left = &self->view[track.view[0]];
+bool adjust_depth_gradient(const struct adjustment *adjustment, int state, const double left_px[2],
+                           double depth_mm, double gradient[ADJUST_TERMS_MAX]) {
+    INVARIANT(adjust_view(state, 1) < adjustment->views && depth_mm > 0);
+    memset(gradient, 0, ADJUST_TERMS_MAX * sizeof *gradient);
+    struct adjust_track track = {.count = 2,
+                                 .view = {adjust_view(state, 0), adjust_view(state, 1)}};
+    const struct camera_view *left = &adjustment->view[track.view[0]];
     const double *R = left->R_instrument_camera;
     double ray[3];
     if (!camera_view_ray(left, left_px, ray) || !(ray[2] > 0)) {
@@ -455,13 +457,13 @@ bool self_depth_gradient(const struct self_calibration *self, int state, const d
     const double along = geometry_dot(forward, ray) / ray[2];
     track.point.w = along / depth_mm;
     for (int i = 0; i < 2; i++) {
-        if (!camera_view_project(&self->view[track.view[i]], &track.point, track.pixel_px[i], NULL,
-                                 NULL)) {
+        if (!camera_view_project(&adjustment->view[track.view[i]], &track.point, track.pixel_px[i],
+                                 NULL, NULL)) {
             return false;
         }
     }
     struct equations e;
-    if (!write_equations(self, &track, &e) || !orthonormalize(&e)) {
+    if (!write_equations(adjustment, &track, &e) || !orthonormalize(&e)) {
         return false;
     }
     const double w = track.point.w;

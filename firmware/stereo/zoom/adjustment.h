@@ -5,32 +5,33 @@
 /// which drift and pan are common to all states. Observations of the same points in several views
 /// then give the most probable corrections and the covariance that remains: what no picture shows
 /// keeps the sigma of the prior.
-#ifndef VERGENCE_STEREO_ZOOM_SELF_CALIBRATION_H
-#define VERGENCE_STEREO_ZOOM_SELF_CALIBRATION_H
+#ifndef VERGENCE_STEREO_ZOOM_ADJUSTMENT_H
+#define VERGENCE_STEREO_ZOOM_ADJUSTMENT_H
 
 #include "core/arena.h"
-#include "stereo/zoom/self_target.h"
+#include "stereo/zoom/adjust_target.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-struct self_calibration {
+struct adjustment {
     int views, terms;
-    struct camera_view nominal[SELF_VIEWS_MAX], view[SELF_VIEWS_MAX];  // before, corrected
-    double correction[SELF_TERMS_MAX];
-    double pull[SELF_TERMS_MAX];  // of the observations on each correction, which the prior resists
-    struct self_target *target;   // in view, placed; NULL: none
-    double *prior;                // terms x terms: covariance = prior prior^T, lower triangle
-    double *posterior;            // the same, of what remains
-    double *work;                 // three of that size; the first: normal equations of the last fit
+    struct camera_view nominal[ADJUST_VIEWS_MAX], view[ADJUST_VIEWS_MAX];  // before, corrected
+    double correction[ADJUST_TERMS_MAX];
+    double
+        pull[ADJUST_TERMS_MAX];  // of the observations on each correction, which the prior resists
+    struct adjust_target *target;  // in view, placed; NULL: none
+    double *prior;                 // terms x terms: covariance = prior prior^T, lower triangle
+    double *posterior;             // the same, of what remains
+    double *work;  // three of that size; the first: normal equations of the last fit
 };
 
 /// A point that several views see.
-struct self_track {
+struct adjust_track {
     int count;
-    int view[SELF_SEEN_MAX];
-    double pixel_px[SELF_SEEN_MAX][2];
+    int view[ADJUST_SEEN_MAX];
+    double pixel_px[ADJUST_SEEN_MAX][2];
     struct far_point point;
     bool at_infinity;  // known to be: both cameras see it in one direction
     bool is_placed;    // `point` is where a fit before has put it
@@ -39,50 +40,49 @@ struct self_track {
     bool rejected;
 };
 
-/// Views and prior of `states` <= SELF_STATES_MAX states. Pan is untouched between states. Takes
+/// Views and prior of `states` <= ADJUST_STATES_MAX states. Pan is untouched between states. Takes
 /// its memory from the arena. ERROR_MEMORY.
-int self_calibration_begin(const struct zoom_calibration *calibration,
-                           const struct zoom_state *state, int states, struct arena *arena,
-                           struct self_calibration *self);
-size_t self_calibration_need_bytes(int states);
+int adjustment_begin(const struct zoom_calibration *calibration, const struct zoom_state *state,
+                     int states, struct arena *arena, struct adjustment *adjustment);
+size_t adjustment_need_bytes(int states);
 
 /// Places a point where its first two observations meet, then fits all of them. False if the point
 /// is behind a camera, or a lens does not see it.
-bool self_track_place(const struct self_calibration *self, struct self_track *track);
+bool adjust_track_place(const struct adjustment *adjustment, struct adjust_track *track);
 
 /// The residual of a track of two observations in px, signed, and its derivatives with respect to
 /// the corrections of the two views, so that only what the point cannot absorb remains. False if
 /// the point cannot be placed.
-bool self_track_epipolar(const struct self_calibration *self, struct self_track *track,
-                         double *residual_px, double derivative[2 * VIEW_TERMS]);
+bool adjust_track_epipolar(const struct adjustment *adjustment, struct adjust_track *track,
+                           double *residual_px, double derivative[2 * VIEW_TERMS]);
 
 /// The corrections that fit the tracks, from the present ones on, with Cauchy weights. Tracks with
 /// `rejected` set are not used. Returns the number of tracks used; with none, the prior is back.
-int self_calibration_solve(struct self_calibration *self, struct self_track *tracks, int count);
+int adjustment_solve(struct adjustment *adjustment, struct adjust_track *tracks, int count);
 
 /// Standard deviation of `gradient` times the corrections, before and after.
-double self_prior_sigma(const struct self_calibration *self, const double *gradient);
-double self_posterior_sigma(const struct self_calibration *self, const double *gradient);
+double adjust_prior_sigma(const struct adjustment *adjustment, const double *gradient);
+double adjust_posterior_sigma(const struct adjustment *adjustment, const double *gradient);
 
 /// The most probable change of a term beside all corrections, and its standard deviation, from the
 /// last fit: what the prior holds to be impossible, such as a camera that turned between states.
 /// INFINITY: nothing shows it.
-void self_calibration_beside(const struct self_calibration *self, int term, double *change,
-                             double *sigma);
+void adjustment_extra_term(const struct adjustment *adjustment, int term, double *change,
+                           double *sigma);
 
 /// How much larger the corrections are than the calibration allows: the standard score of the sum
 /// of their squares in independent parts of the prior, with as many degrees of freedom as the
 /// pictures show. Beyond 4 the rig is not the one that was calibrated.
-double self_surprise(const struct self_calibration *self);
+double adjust_chi_square_score(const struct adjustment *adjustment);
 
 /// By how much what remains unknown is larger than the prior says, as the corrections are: Birge's
 /// ratio, the square root of chi-square over its degrees of freedom; at least 1.
-double self_growth(const struct self_calibration *self);
+double adjust_birge_ratio(const struct adjustment *adjustment);
 
 /// Gradient of the depth, in the left camera's frame, of the point that the views of a state see:
 /// in the left view at `left_px`, at `depth_mm`.
-bool self_depth_gradient(const struct self_calibration *self, int state, const double left_px[2],
-                         double depth_mm, double gradient[SELF_TERMS_MAX]);
+bool adjust_depth_gradient(const struct adjustment *adjustment, int state, const double left_px[2],
+                           double depth_mm, double gradient[ADJUST_TERMS_MAX]);
 
 #ifdef __cplusplus
 }

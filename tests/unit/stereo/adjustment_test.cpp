@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/zoom/self_calibration.h"
+#include "stereo/zoom/adjustment.h"
 
 #include <doctest/doctest.h>
 
@@ -69,13 +69,13 @@ Truth off(const zoom_calibration &calibration, const zoom_state &claimed, Random
 }
 
 // Tracks of points with relief in front of both cameras, with noise.
-std::vector<self_track> observe(const Truth &truth, double noise_px, int count, Random &random) {
-    std::vector<self_track> tracks;
+std::vector<adjust_track> observe(const Truth &truth, double noise_px, int count, Random &random) {
+    std::vector<adjust_track> tracks;
     const double half_mm = 900 * 1024 / truth.camera[0].image_distance_px;
     while (static_cast<int>(tracks.size()) < count) {
         const double point[3] = {125 + uniform(random, -2, 2) * half_mm,
                                  uniform(random, -1.5, 1.5) * half_mm, uniform(random, 1650, 1950)};
-        self_track track = {};
+        adjust_track track = {};
         track.count = 2;
         track.view[1] = 1;
         track.sigma_px = noise_px;
@@ -115,12 +115,12 @@ double depth_error(const Truth &truth, const camera_view view[2]) {
 TEST_CASE("a view without correction is the calibration's, and sees what the equations say") {
     Random random(synthetic::test_seed());
     const auto calibration = zoom_rig::calibration();
-    Memory memory(self_calibration_need_bytes(1));
+    Memory memory(adjustment_need_bytes(1));
     for (const double zoom : {300.0, 500.0, 850.0}) {
         const zoom_state state = zoom_rig::state(zoom, 1800);
         memory.pool.used_bytes = 0;
-        self_calibration self;
-        REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+        adjustment adjustment;
+        REQUIRE(adjustment_begin(calibration.get(), &state, 1, &memory.pool, &adjustment) == 0);
         for (int side = 0; side < 2; side++) {
             const auto truth = zoom_rig::truth_at(side, zoom, state.side[side].focus_counts,
                                                   state.side[side].pan_rad, false);
@@ -128,7 +128,7 @@ TEST_CASE("a view without correction is the calibration's, and sees what the equ
             const double world[3] = {10 + 0.02 * 1700, -5 - 0.01 * 1700, 3 + 1700};
             double expected[2], px[2];
             (void)see(truth, world, expected);
-            REQUIRE(camera_view_project(&self.view[side], &point, px, nullptr, nullptr));
+            REQUIRE(camera_view_project(&adjustment.view[side], &point, px, nullptr, nullptr));
             // The fitted curves differ from the formulas by less than this.
             CHECK(std::abs(px[0] - expected[0]) < 0.15);
             CHECK(std::abs(px[1] - expected[1]) < 0.15);
@@ -140,10 +140,10 @@ TEST_CASE("the derivatives of a projection are those of small corrections") {
     const auto calibration = zoom_rig::calibration();
     for (const double zoom : {300.0, 850.0}) {
         const zoom_state state = zoom_rig::state(zoom, 1800);
-        Memory memory(self_calibration_need_bytes(1));
-        self_calibration self;
-        REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
-        const camera_view &view = self.view[0];
+        Memory memory(adjustment_need_bytes(1));
+        adjustment adjustment;
+        REQUIRE(adjustment_begin(calibration.get(), &state, 1, &memory.pool, &adjustment) == 0);
+        const camera_view &view = adjustment.view[0];
         const double corner[2] = {1800, 1300};
         double ray[3], px[2], of_view[2][VIEW_TERMS], of_point[2][3];
         REQUIRE(camera_view_ray(&view, corner, ray));
@@ -181,24 +181,24 @@ TEST_CASE("a pair brings rows together, and its error agrees with the predicted 
         const zoom_state state = zoom_rig::state(zoom, 1800);
         double square = 0, before = 0, after = 0;
         for (int draw = 0; draw < draws; draw++) {
-            Memory memory(self_calibration_need_bytes(1));
-            self_calibration self;
-            REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+            Memory memory(adjustment_need_bytes(1));
+            adjustment adjustment;
+            REQUIRE(adjustment_begin(calibration.get(), &state, 1, &memory.pool, &adjustment) == 0);
             const Truth truth = off(*calibration, state, random);
-            std::vector<self_track> tracks = observe(truth, 0.1, 300, random);
-            const double error_before = depth_error(truth, self.view);
-            CHECK(self_calibration_solve(&self, tracks.data(), 300) == 300);
+            std::vector<adjust_track> tracks = observe(truth, 0.1, 300, random);
+            const double error_before = depth_error(truth, adjustment.view);
+            CHECK(adjustment_solve(&adjustment, tracks.data(), 300) == 300);
             double rows = 0;
-            for (const self_track &track : tracks) {
+            for (const adjust_track &track : tracks) {
                 rows += track.residual * track.residual / 300;
             }
             CHECK(std::sqrt(rows) < 0.115);
             const double centre[2] = {1030, 766};
-            double gradient[SELF_TERMS_MAX];
-            REQUIRE(self_depth_gradient(&self, 0, centre, 1800, gradient));
-            const double sigma = self_posterior_sigma(&self, gradient);
-            CHECK(sigma <= self_prior_sigma(&self, gradient) * 1.0001);
-            const double error = depth_error(truth, self.view);
+            double gradient[ADJUST_TERMS_MAX];
+            REQUIRE(adjust_depth_gradient(&adjustment, 0, centre, 1800, gradient));
+            const double sigma = adjust_posterior_sigma(&adjustment, gradient);
+            CHECK(sigma <= adjust_prior_sigma(&adjustment, gradient) * 1.0001);
+            const double error = depth_error(truth, adjustment.view);
             square += error * error / (sigma * sigma) / draws;
             before += error_before * error_before / draws;
             after += error * error / draws;
@@ -219,16 +219,16 @@ TEST_CASE("only a camera that was pushed is a surprise") {
     zoom_state pushed = state;
     pushed.side[0].pan_rad += 20 * calibration->camera[0].pan_sigma_rad;
     for (const bool was_pushed : {false, true}) {
-        Memory memory(self_calibration_need_bytes(1));
-        self_calibration self;
-        REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
-        CHECK(self_surprise(&self) == 0);
-        CHECK(self_growth(&self) == 1);
-        std::vector<self_track> tracks =
+        Memory memory(adjustment_need_bytes(1));
+        adjustment adjustment;
+        REQUIRE(adjustment_begin(calibration.get(), &state, 1, &memory.pool, &adjustment) == 0);
+        CHECK(adjust_chi_square_score(&adjustment) == 0);
+        CHECK(adjust_birge_ratio(&adjustment) == 1);
+        std::vector<adjust_track> tracks =
             observe(off(*calibration, was_pushed ? pushed : state, random), 0.1, 400, random);
-        (void)self_calibration_solve(&self, tracks.data(), 400);
-        CHECK((self_surprise(&self) > 4) == was_pushed);
-        CHECK((self_growth(&self) > 2) == was_pushed);
+        (void)adjustment_solve(&adjustment, tracks.data(), 400);
+        CHECK((adjust_chi_square_score(&adjustment) > 4) == was_pushed);
+        CHECK((adjust_birge_ratio(&adjustment) > 2) == was_pushed);
     }
 }
 
@@ -239,14 +239,15 @@ TEST_CASE("a servo that creeps moves between states, and tilts") {
         for (zoom_camera &camera : calibration->camera) {
             camera.creep_sigma_rad = creep_rad;
         }
-        Memory memory(self_calibration_need_bytes(2));
-        self_calibration self;
-        REQUIRE(self_calibration_begin(calibration.get(), states, 2, &memory.pool, &self) == 0);
-        double turn[SELF_TERMS_MAX] = {}, tilt[SELF_TERMS_MAX] = {};
-        turn[VIEW_TERMS * self_view(0, 0) + VIEW_ROTATION_Y] = -1;
-        turn[VIEW_TERMS * self_view(1, 0) + VIEW_ROTATION_Y] = 1;
-        tilt[VIEW_TERMS * self_view(0, 1) + VIEW_ROTATION_X] = 1;
-        const double turned = self_prior_sigma(&self, turn), tilted = self_prior_sigma(&self, tilt);
+        Memory memory(adjustment_need_bytes(2));
+        adjustment adjustment;
+        REQUIRE(adjustment_begin(calibration.get(), states, 2, &memory.pool, &adjustment) == 0);
+        double turn[ADJUST_TERMS_MAX] = {}, tilt[ADJUST_TERMS_MAX] = {};
+        turn[VIEW_TERMS * adjust_view(0, 0) + VIEW_ROTATION_Y] = -1;
+        turn[VIEW_TERMS * adjust_view(1, 0) + VIEW_ROTATION_Y] = 1;
+        tilt[VIEW_TERMS * adjust_view(0, 1) + VIEW_ROTATION_X] = 1;
+        const double turned = adjust_prior_sigma(&adjustment, turn),
+                     tilted = adjust_prior_sigma(&adjustment, tilt);
         CHECK(std::fabs(turned - std::sqrt(2) * creep_rad) < 1e-5);
         CHECK(tilted > creep_rad);
         CHECK(tilted < creep_rad + 2e-4);
@@ -257,24 +258,26 @@ TEST_CASE("a pair shows the ratio of the focal lengths, not what both have in co
     const auto calibration = zoom_rig::calibration();
     Random random(synthetic::test_seed());
     const zoom_state state = zoom_rig::state(600, 1800);
-    Memory memory(self_calibration_need_bytes(1));
-    self_calibration self;
-    REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
-    std::vector<self_track> tracks = observe(off(*calibration, state, random), 0.1, 400, random);
-    (void)self_calibration_solve(&self, tracks.data(), 400);
-    double gradient[SELF_TERMS_MAX] = {};
+    Memory memory(adjustment_need_bytes(1));
+    adjustment adjustment;
+    REQUIRE(adjustment_begin(calibration.get(), &state, 1, &memory.pool, &adjustment) == 0);
+    std::vector<adjust_track> tracks = observe(off(*calibration, state, random), 0.1, 400, random);
+    (void)adjustment_solve(&adjustment, tracks.data(), 400);
+    double gradient[ADJUST_TERMS_MAX] = {};
     gradient[VIEW_FOCAL] = gradient[VIEW_TERMS + VIEW_FOCAL] = 0.5;
-    CHECK(self_posterior_sigma(&self, gradient) > 0.8 * self_prior_sigma(&self, gradient));
+    CHECK(adjust_posterior_sigma(&adjustment, gradient) >
+          0.8 * adjust_prior_sigma(&adjustment, gradient));
     gradient[VIEW_FOCAL] = -1;
     gradient[VIEW_TERMS + VIEW_FOCAL] = 1;
-    CHECK(self_posterior_sigma(&self, gradient) < 0.3 * self_prior_sigma(&self, gradient));
+    CHECK(adjust_posterior_sigma(&adjustment, gradient) <
+          0.3 * adjust_prior_sigma(&adjustment, gradient));
 }
 
 // Corners of a board that stands askew before the cameras, as both see them.
 struct Board {
     std::vector<std::array<double, 3>> points;
     std::vector<target_sight> sights;
-    self_target target = {};
+    adjust_target target = {};
 
     Board(const Truth &truth, int columns, int rows, double square_mm, double noise_px,
           Random &random) {
@@ -316,21 +319,21 @@ TEST_CASE("a known length in view gives the depth, as well as predicted") {
         const zoom_state state = zoom_rig::state(one.zoom, 1800);
         double square = 0, error2 = 0;
         for (int draw = 0; draw < draws; draw++) {
-            Memory memory(self_calibration_need_bytes(1));
-            self_calibration self;
-            REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+            Memory memory(adjustment_need_bytes(1));
+            adjustment adjustment;
+            REQUIRE(adjustment_begin(calibration.get(), &state, 1, &memory.pool, &adjustment) == 0);
             const Truth truth = off(*calibration, state, random);
-            std::vector<self_track> tracks = observe(truth, 0.1, 300, random);
-            REQUIRE(self_calibration_solve(&self, tracks.data(), 300) == 300);
+            std::vector<adjust_track> tracks = observe(truth, 0.1, 300, random);
+            REQUIRE(adjustment_solve(&adjustment, tracks.data(), 300) == 300);
             Board board(truth, one.columns, one.rows, one.square_mm, 0.05, random);
-            REQUIRE(self_target_place(self.view, &board.target));
-            self.target = &board.target;
-            REQUIRE(self_calibration_solve(&self, tracks.data(), 300) == 300);
+            REQUIRE(adjust_target_place(adjustment.view, &board.target));
+            adjustment.target = &board.target;
+            REQUIRE(adjustment_solve(&adjustment, tracks.data(), 300) == 300);
             const double centre[2] = {1030, 766};
-            double gradient[SELF_TERMS_MAX];
-            REQUIRE(self_depth_gradient(&self, 0, centre, 1800, gradient));
-            const double sigma = self_posterior_sigma(&self, gradient);
-            const double error = depth_error(truth, self.view);
+            double gradient[ADJUST_TERMS_MAX];
+            REQUIRE(adjust_depth_gradient(&adjustment, 0, centre, 1800, gradient));
+            const double sigma = adjust_posterior_sigma(&adjustment, gradient);
+            const double error = depth_error(truth, adjustment.view);
             square += error * error / (sigma * sigma) / draws;
             error2 += error * error / draws;
         }
@@ -354,11 +357,11 @@ TEST_CASE("a thing at infinity gives the depth, as well as predicted") {
         state.side[0].pan_rad = state.side[1].pan_rad = 0;
         double square = 0, before = 0, after = 0;
         for (int draw = 0; draw < draws; draw++) {
-            Memory memory(self_calibration_need_bytes(1));
-            self_calibration self;
-            REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+            Memory memory(adjustment_need_bytes(1));
+            adjustment adjustment;
+            REQUIRE(adjustment_begin(calibration.get(), &state, 1, &memory.pool, &adjustment) == 0);
             const Truth truth = off(*calibration, state, random);
-            self_track far = {};
+            adjust_track far = {};
             far.count = 2;
             far.view[1] = 1;
             far.sigma_px = 0.5;
@@ -370,22 +373,22 @@ TEST_CASE("a thing at infinity gives the depth, as well as predicted") {
                 far.pixel_px[side][1] += 0.5 * normal(random);
             }
             const double centre[2] = {1024, 768};
-            double gradient[SELF_TERMS_MAX];
-            REQUIRE(self_depth_gradient(&self, 0, centre, 5000, gradient));
-            before = self_prior_sigma(&self, gradient);
-            REQUIRE(self_calibration_solve(&self, &far, 1) == 1);
-            after = self_posterior_sigma(&self, gradient);
+            double gradient[ADJUST_TERMS_MAX];
+            REQUIRE(adjust_depth_gradient(&adjustment, 0, centre, 5000, gradient));
+            before = adjust_prior_sigma(&adjustment, gradient);
+            REQUIRE(adjustment_solve(&adjustment, &far, 1) == 1);
+            after = adjust_posterior_sigma(&adjustment, gradient);
             // What remains of the direction between both rays, against what is predicted.
-            double turn[SELF_TERMS_MAX] = {};
+            double turn[ADJUST_TERMS_MAX] = {};
             turn[VIEW_ROTATION_Y] = -1;
             turn[VIEW_TERMS + VIEW_ROTATION_Y] = 1;
             double offset = 0;
-            const double *R[2] = {self.view[0].R_instrument_camera,
-                                  self.view[1].R_instrument_camera};
+            const double *R[2] = {adjustment.view[0].R_instrument_camera,
+                                  adjustment.view[1].R_instrument_camera};
             const double *T[2] = {truth.camera[0].R_world_camera, truth.camera[1].R_world_camera};
             offset = (std::atan2(T[1][2], T[1][8]) - std::atan2(T[0][2], T[0][8])) -
                      (std::atan2(R[1][2], R[1][8]) - std::atan2(R[0][2], R[0][8]));
-            const double sigma = self_posterior_sigma(&self, turn);
+            const double sigma = adjust_posterior_sigma(&adjustment, turn);
             square += offset * offset / (sigma * sigma) / draws;
         }
         CAPTURE(zoom);
@@ -420,26 +423,26 @@ TEST_CASE("a zoom bracket shows where the rings are, and carries pan from wide t
                     at.pan_rad + pan[side], true);
             }
         }
-        Memory memory(self_calibration_need_bytes(2));
-        self_calibration self;
-        REQUIRE(self_calibration_begin(calibration.get(), claimed, 2, &memory.pool, &self) == 0);
-        std::vector<self_track> tracks = observe(truth[0], 0.05, 600, random);
-        std::vector<self_track> tele = observe(truth[1], 0.05, 300, random);
-        for (self_track &track : tele) {
-            track.view[0] = self_view(1, 0);
-            track.view[1] = self_view(1, 1);
+        Memory memory(adjustment_need_bytes(2));
+        adjustment adjustment;
+        REQUIRE(adjustment_begin(calibration.get(), claimed, 2, &memory.pool, &adjustment) == 0);
+        std::vector<adjust_track> tracks = observe(truth[0], 0.05, 600, random);
+        std::vector<adjust_track> tele = observe(truth[1], 0.05, 300, random);
+        for (adjust_track &track : tele) {
+            track.view[0] = adjust_view(1, 0);
+            track.view[1] = adjust_view(1, 1);
         }
         tracks.insert(tracks.end(), tele.begin(), tele.end());
         // Points of the tele pair that the wide cameras see, too.
         while (tracks.size() < 1000) {
             const double point[3] = {125 + uniform(random, -60, 60), uniform(random, -45, 45),
                                      uniform(random, 1750, 1850)};
-            self_track track = {};
+            adjust_track track = {};
             track.count = 4;
             track.sigma_px = 0.07;
             bool seen = true;
             for (int i = 0; i < 4; i++) {
-                track.view[i] = self_view(i < 2 ? 1 : 0, i % 2);
+                track.view[i] = adjust_view(i < 2 ? 1 : 0, i % 2);
                 seen = seen && see(truth[i < 2 ? 1 : 0].camera[i % 2], point, track.pixel_px[i]);
                 track.pixel_px[i][0] += 0.07 * normal(random);
                 track.pixel_px[i][1] += 0.07 * normal(random);
@@ -448,19 +451,20 @@ TEST_CASE("a zoom bracket shows where the rings are, and carries pan from wide t
                 tracks.push_back(track);
             }
         }
-        (void)self_calibration_solve(&self, tracks.data(), static_cast<int>(tracks.size()));
+        (void)adjustment_solve(&adjustment, tracks.data(), static_cast<int>(tracks.size()));
         for (int state = 0; state < 2; state++) {
-            const double error = depth_error(truth[state], self.view + 2 * state);
+            const double error = depth_error(truth[state], adjustment.view + 2 * state);
             const double focal =
-                self.view[2 * state].lens.fx_px / truth[state].camera[0].image_distance_px - 1;
+                adjustment.view[2 * state].lens.fx_px / truth[state].camera[0].image_distance_px -
+                1;
             error2[state] += error * error / draws;
             focal2[state] += focal * focal / draws;
         }
         const double centre[2] = {1025, 768};
-        double gradient[SELF_TERMS_MAX];
-        REQUIRE(self_depth_gradient(&self, 1, centre, 1800, gradient));
-        const double error = depth_error(truth[1], self.view + 2);
-        const double sigma = self_posterior_sigma(&self, gradient);
+        double gradient[ADJUST_TERMS_MAX];
+        REQUIRE(adjust_depth_gradient(&adjustment, 1, centre, 1800, gradient));
+        const double error = depth_error(truth[1], adjustment.view + 2);
+        const double sigma = adjust_posterior_sigma(&adjustment, gradient);
         square += error * error / (sigma * sigma) / draws;
     }
     if (draws >= 30) {
@@ -474,9 +478,9 @@ TEST_CASE("a zoom bracket shows where the rings are, and carries pan from wide t
 TEST_CASE("too little memory is reported") {
     const auto calibration = zoom_rig::calibration();
     const zoom_state state = zoom_rig::state(600, 1800);
-    Memory memory(self_calibration_need_bytes(1) - 1000);
-    self_calibration self;
-    CHECK(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) < 0);
+    Memory memory(adjustment_need_bytes(1) - 1000);
+    adjustment adjustment;
+    CHECK(adjustment_begin(calibration.get(), &state, 1, &memory.pool, &adjustment) < 0);
 }
 
 }  // namespace
