@@ -67,10 +67,10 @@ void commands_session_put_state(const struct command_call *call);
 /// Ends the current recording, if there is one, in good order. Only after the rig's thread ended.
 void commands_session_end(struct daemon *daemon);
 
-/// Notes for `status` what a pair showed that the saved calibration was refined by. Any thread.
-struct refine_report;
-void commands_calibration_refined(const struct command_call *call,
-                                  const struct refine_report *report);
+/// Notes for `status` what a pair showed that the saved calibration was adjusted by. Any thread.
+struct adjust_report;
+void commands_calibration_adjusted(const struct command_call *call,
+                                   const struct adjust_report *report);
 
 /// Describes the instrument that takes the pairs. The rig's thread only.
 struct session_instrument;

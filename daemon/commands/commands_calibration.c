@@ -14,7 +14,7 @@
 #include "daemon/session/capture.h"
 #include "daemon/surface/length_check.h"
 #include "stereo/geometry/calibration.h"
-#include "stereo/zoom/refine_pair.h"
+#include "stereo/zoom/adjust_pair.h"
 
 enum { SHOW, SET, FORGET };
 enum { WHAT, FILE_NAME, ACCEPT, UNIT, ARGUMENTS };
@@ -264,13 +264,13 @@ static void put_match(const struct command_call *call, const struct calibration_
     }
 }
 
-/// Adds how well it fits: by the last pair that it was refined by, and since when it holds.
+/// Adds how well it fits: by the last pair that it was adjusted by, and since when it holds.
 static void put_health(const struct command_call *call) {
     struct daemon_health *health = &daemon_of(call)->health;
     const int64_t set_s = atomic_load(&health->set_s);
     const int64_t age_s = (int64_t)time(NULL) - set_s;
     reply_group_begin(call, "health", false);
-    if (atomic_load(&health->is_refined)) {
+    if (atomic_load(&health->is_adjusted)) {
         reply_text(call, "says", atomic_load(&health->word));
         reply_number(call, "rows", atomic_load(&health->rows_milli_px) / 1e3, 3, "px");
         reply_number(call, "depth_sigma", atomic_load(&health->depth_sigma_um) / 1e3, 3, "mm");
@@ -285,20 +285,20 @@ static void put_health(const struct command_call *call) {
     reply_group_end(call);
 }
 
-void commands_calibration_refined(const struct command_call *call,
-                                  const struct refine_report *report) {
+void commands_calibration_adjusted(const struct command_call *call,
+                                   const struct adjust_report *report) {
     struct daemon_health *health = &daemon_of(call)->health;
-    atomic_store(&health->word, refine_health_text(report->health));
+    atomic_store(&health->word, adjust_health_text(report->health));
     atomic_store(&health->rows_milli_px, (uint32_t)(1e3 * report->rows_px + 0.5));
     atomic_store(&health->depth_sigma_um, (uint32_t)(1e3 * report->depth.after + 0.5));
     atomic_store(&health->depth_um, (uint32_t)(1e3 * report->depth_mm + 0.5));
-    atomic_store(&health->is_refined, true);
+    atomic_store(&health->is_adjusted, true);
 }
 
 /// A calibration was set: nothing has happened since.
 static void reset_health(const struct command_call *call) {
     struct daemon_health *health = &daemon_of(call)->health;
-    atomic_store(&health->is_refined, false);
+    atomic_store(&health->is_adjusted, false);
     atomic_store(&health->moves, 0);
     atomic_store(&health->set_s, (int64_t)time(NULL));
 }

@@ -108,15 +108,15 @@ struct session {
     char name[CAPTURED_PAIR_NAME_BYTES];
 };
 
-/// How well the saved calibration fits, for all threads: what the last pair that it was refined by
+/// How well the saved calibration fits, for all threads: what the last pair that it was adjusted by
 /// showed, and what has happened since it was set.
 struct daemon_health {
     _Atomic int64_t set_s;  ///< when, in seconds since 1970; 0: unknown
     _Atomic uint32_t
         moves;  ///< commands since then, or since the start, that moved pan, zoom, focus
-    atomic_bool is_refined;
+    atomic_bool is_adjusted;
     _Atomic uint32_t rows_milli_px, depth_sigma_um, depth_um;
-    _Atomic(const char *) word;  ///< of refine_health_text
+    _Atomic(const char *) word;  ///< of adjust_health_text
 };
 
 /// Use static storage: it is large, and must not move.

@@ -10,7 +10,7 @@
 #include "daemon/session/calibration_at.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/session/session_read.h"
-#include "daemon/surface/reconstruct_refine.h"
+#include "daemon/surface/reconstruct_adjust.h"
 #include "device/mt9t001.h"
 
 static const char saved_name[] = "the saved calibration";
@@ -229,7 +229,7 @@ static int check_bracket(const struct reconstruct_session *self, struct message 
 }
 
 /// Sets where the motors were. An error names the axis that is unknown or outside its range.
-static int find_states(struct reconstruct_session *self, struct reconstruct_refine_pair *pairs,
+static int find_states(struct reconstruct_session *self, struct reconstruct_adjust_pair *pairs,
                        int count, struct message *message) {
     int error = count > 1 ? check_bracket(self, message) : ERROR_OK;
     for (int i = 0; i < count && error == ERROR_OK; i++) {
@@ -246,9 +246,9 @@ static int find_states(struct reconstruct_session *self, struct reconstruct_refi
 }
 
 /// Corrects the calibration by what the frames show, if it is of all zooms.
-static int refine(struct reconstruct_session *self, const struct reconstruct_request *request,
+static int adjust(struct reconstruct_session *self, const struct reconstruct_request *request,
                   struct reconstruct_context *context, struct message *message) {
-    struct reconstruct_refine_pair pairs[2] = {{.pair = &self->pair.pair},
+    struct reconstruct_adjust_pair pairs[2] = {{.pair = &self->pair.pair},
                                                {.pair = &self->bracket}};
     const int count = request->bracket > 0 ? 2 : 1;
     int error = find_zoom(self, request, message);
@@ -265,9 +265,9 @@ static int refine(struct reconstruct_session *self, const struct reconstruct_req
         return ERROR_OK;  // the session's own calibration will do
     }
     if (error == ERROR_OK) {
-        error = reconstruct_refine(self->zoom, pairs, count, request->depth_mm, &self->calibration,
+        error = reconstruct_adjust(self->zoom, pairs, count, request->depth_mm, &self->calibration,
                                    context, message);
-        self->refined = context->self_calibrated = error == ERROR_OK;
+        self->adjusted = context->self_calibrated = error == ERROR_OK;
     }
     return error;
 }
@@ -295,9 +295,9 @@ static int fit_calibration(struct reconstruct_session *self,
         return ERROR_OK;
     }
     int error = match(self, request, inputs, context, message);
-    if (error == ERROR_OK && self->refined) {
+    if (error == ERROR_OK && self->adjusted) {
         inputs->calibration = self->calibration;
-        reconstruct_refine_doubt(context);
+        reconstruct_adjust_doubt(context);
     } else if (error == ERROR_OK) {
         doubt_frozen(self, &inputs->calibration, context);
         error = cut_to_window(self, &inputs->calibration, context, message);
@@ -312,7 +312,7 @@ static int use_pair(struct reconstruct_session *self, const struct reconstruct_r
                     struct message *message) {
     struct image_file *const files[RIG_SIDES] = {&inputs->left, &inputs->right};
     const struct image_request image_request = {.scale = request->scale};
-    int error = refine(self, request, context, message);
+    int error = adjust(self, request, context, message);
     pair_release(self->bracket.frame);
     for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         files[side]->path = self->name[side];
@@ -463,7 +463,7 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     memset(&self->pair, 0, sizeof self->pair);
     memset(&self->bracket, 0, sizeof self->bracket);
     self->zoom = NULL;
-    self->own = self->cut = self->refined = false;
+    self->own = self->cut = self->adjusted = false;
     int error = ERROR_OK;
     if (self->captured != NULL) {
         borrow_pair(self);

@@ -38,7 +38,7 @@ struct reconstruct_session {
     // After a read:
     bool own;      // the calibration is the session's own
     bool cut;      // cut to the part of the sensor that the frames show
-    bool refined;  // `calibration` was corrected by what the frames show
+    bool adjusted;  // `calibration` was corrected by what the frames show
     struct calibration calibration;
     // Only during a read:
     struct zoom_calibration *zoom;  // where the calibration comes from; NULL: none

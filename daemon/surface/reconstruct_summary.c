@@ -48,12 +48,12 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
                     spread.sigma_mm[1], spread.sigma_mm[2]);
         }
     }
-    const struct refine_report *report = &context->self_calibration;
+    const struct adjust_report *report = &context->self_calibration;
     if (context->self_calibrated) {
         fprintf(stream,
                 "cameras     corrected by %d points: rows %.2f px before, %.2f px after; %s\n",
                 report->used, report->rows_before_px, report->rows_px,
-                refine_health_text(report->health));
+                adjust_health_text(report->health));
     }
     if (context->bracketed) {
         const struct bracket_report *bracket = &context->bracket;

@@ -30,8 +30,8 @@ std::vector<uint8_t> grey_of(StudyRig &rig, int side, uint64_t frame_number) {
     return develop_grey(world::render(cylinder(), rig.world(), world::Side(side), request));
 }
 
-// Finds corners and matches as `refine_pair` does, before and after it has corrected `adjustment`.
-double matching_seconds(const refine_picture &picture, const adjustment &before,
+// Finds corners and matches as `adjust_pair` does, before and after it has corrected `adjustment`.
+double matching_seconds(const adjust_picture &picture, const adjustment &before,
                         const adjustment &after, Memory &memory) {
     const double begin_s = cpu_s();
     sparse_picture corners[2];
@@ -41,15 +41,15 @@ double matching_seconds(const refine_picture &picture, const adjustment &before,
         throw std::runtime_error("a pair has no corners");
     }
     for (const adjustment *adjustment : {&before, &after}) {
-        refine_expectation expectation = {&picture, adjustment, 3.0 * corners[1].factor};
-        (void)sparse_match(&corners[0], &corners[1], refine_expect, &expectation, &memory.pool,
+        adjust_expectation expectation = {&picture, adjustment, 3.0 * corners[1].factor};
+        (void)sparse_match(&corners[0], &corners[1], adjust_expect, &expectation, &memory.pool,
                            pairs.data());
     }
     return cpu_s() - begin_s;
 }
 
-refine_picture picture_of(RenderedPair &pair, int state) {
-    refine_picture picture = {};
+adjust_picture picture_of(RenderedPair &pair, int state) {
+    adjust_picture picture = {};
     picture.axes = pair.moment.state;
     picture.state = state;
     picture.depth_near_mm = 800;
@@ -75,28 +75,28 @@ RenderedPair render_pair(StudyRig &rig, simrig::Noise &noise) {
 void try_rendered(const zoom_calibration &calibration, RenderedPair &pair, simrig::Noise &noise,
                   Rendered &result) {
     const zoom_state &state = pair.moment.state;
-    const refine_picture picture = picture_of(pair, 0);
-    Memory memory(adjustment_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
+    const adjust_picture picture = picture_of(pair, 0);
+    Memory memory(adjustment_need_bytes(1) + adjust_pair_need_bytes(kWidth, kHeight));
     adjustment adjustment = begin(calibration, {state}, memory);
-    refine_report report;
+    adjust_report report;
     const double begin_s = cpu_s();
-    if (refine_pair(&picture, &memory.pool, &adjustment, &report) != 0) {
+    if (adjust_pair(&picture, &memory.pool, &adjustment, &report) != 0) {
         throw std::runtime_error("a pair cannot be refined");
     }
     const double seconds = cpu_s() - begin_s;
-    Memory again(adjustment_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
+    Memory again(adjustment_need_bytes(1) + adjust_pair_need_bytes(kWidth, kHeight));
     const self_calibration before = begin(calibration, {state}, again);
     result.seconds.add(seconds);
     result.refining_seconds.add(seconds - matching_seconds(picture, before, adjustment, again));
     result.matches.add(report.matches);
     result.used.add(report.used);
     result.noise_px.add(report.noise_px);
-    judge(pair.moment, adjustment, 0, noise, report.health == REFINE_CALIBRATE, result.frames);
+    judge(pair.moment, adjustment, 0, noise, report.health == ADJUST_CALIBRATE, result.frames);
 }
 
 void try_rendered_bracket(const zoom_calibration &calibration, RenderedPair &wide,
                           RenderedPair &narrow, simrig::Noise &noise, RenderedBracket &result) {
-    const refine_picture pictures[2] = {picture_of(wide, 0), picture_of(narrow, 1)};
+    const adjust_picture pictures[2] = {picture_of(wide, 0), picture_of(narrow, 1)};
     Memory memory(adjustment_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
     adjustment adjustment = begin(calibration, {wide.moment.state, narrow.moment.state}, memory);
     bracket_report report;
@@ -107,9 +107,9 @@ void try_rendered_bracket(const zoom_calibration &calibration, RenderedPair &wid
     result.seconds.add(cpu_s() - begin_s);
     result.carried.add(report.carried);
     result.carried_px.add(report.carried_px);
-    judge(wide.moment, adjustment, 0, noise, report.pair[0].health == REFINE_CALIBRATE,
+    judge(wide.moment, adjustment, 0, noise, report.pair[0].health == ADJUST_CALIBRATE,
           result.wide);
-    judge(narrow.moment, adjustment, 1, noise, report.pair[1].health == REFINE_CALIBRATE,
+    judge(narrow.moment, adjustment, 1, noise, report.pair[1].health == ADJUST_CALIBRATE,
           result.narrow);
 }
 

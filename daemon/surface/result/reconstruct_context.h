@@ -71,7 +71,7 @@ struct reconstruct_context {
 
     /// The calibration was corrected by what the pair shows; `self_calibration` describes how far.
     bool self_calibrated;
-    struct refine_report self_calibration;
+    struct adjust_report self_calibration;
     uint32_t bracket_pair;  // of the session, to help with it; 0: none
     bool bracketed;         // it did
     struct bracket_report bracket;

@@ -167,7 +167,7 @@ static void print_vertical(const struct reconstruct_context *context, struct jso
 }
 
 static void print_self_calibration(const struct reconstruct_context *context, struct json *json) {
-    const struct refine_report *report = &context->self_calibration;
+    const struct adjust_report *report = &context->self_calibration;
     if (!context->self_calibrated) {
         json_null(json, "self_calibration");
         return;
@@ -185,7 +185,7 @@ static void print_self_calibration(const struct reconstruct_context *context, st
     json_real(json, "ratio_sigma", report->ratio.after, 6);
     json_real(json, "vergence_sigma_deg", report->vergence_rad.after * MATH_DEGREE_PER_RAD, 6);
     json_real(json, "surprise", report->surprise, 6);
-    json_text(json, "health", refine_health_text(report->health));
+    json_text(json, "health", adjust_health_text(report->health));
     if (context->bracket_pair == 0) {
         json_null(json, "with_pair");
     } else {

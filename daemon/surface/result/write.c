@@ -21,7 +21,7 @@ void write_comments(const struct reconstruct_context *context, const char *mark,
     }
     if (context->self_calibrated) {
         fprintf(stream, "%s health %s\n", mark,
-                refine_health_text(context->self_calibration.health));
+                adjust_health_text(context->self_calibration.health));
     }
     if (context->mismatch.text[0] != '\0') {
         fprintf(stream, "%s accepted mismatch: %s\n", mark, context->mismatch.text);

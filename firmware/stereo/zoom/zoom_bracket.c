@@ -80,7 +80,7 @@ static bool reduce(const struct image_u8 *tele, double ratio, struct arena *aren
 
 // What places one picture of a side in the other.
 struct placing {
-    const struct refine_picture *picture;  // wide, tele
+    const struct adjust_picture *picture;  // wide, tele
     const struct adjustment *adjustment;
     int side;
     double w;  // reciprocal depth of the scene
@@ -92,7 +92,7 @@ static bool carry(const struct placing *p, const double tele_px[2], double wide_
     const struct camera_view *wide = &p->adjustment->view[adjust_view(0, p->side)];
     const struct camera_view *tele = &p->adjustment->view[adjust_view(1, p->side)];
     double px[2] = {tele_px[0], tele_px[1]}, ray[3];
-    refine_to_sensor(&p->picture[1].window[p->side], px);
+    adjust_to_sensor(&p->picture[1].window[p->side], px);
     if (!camera_view_ray(tele, px, ray) || !(ray[2] > 0)) {
         return false;
     }
@@ -101,7 +101,7 @@ static bool carry(const struct placing *p, const double tele_px[2], double wide_
     if (!camera_view_project(wide, &point, wide_px, NULL, NULL)) {
         return false;
     }
-    refine_from_sensor(&p->picture[0].window[p->side], wide_px);
+    adjust_from_sensor(&p->picture[0].window[p->side], wide_px);
     return true;
 }
 
@@ -228,7 +228,7 @@ static int place_side(const struct placing *p, struct arena *arena, bool *found)
 // Adds to a track of the tele pair what the wide picture of a side shows of it.
 static bool carry_track(const struct placing *p, struct adjust_track *track) {
     double px[2] = {track->pixel_px[p->side][0], track->pixel_px[p->side][1]}, at[2];
-    refine_from_sensor(&p->picture[1].window[p->side], px);
+    adjust_from_sensor(&p->picture[1].window[p->side], px);
     const double u = reduced(px[0], p->s->ratio), v = reduced(px[1], p->s->ratio);
     const double small[2] = {u, v};
     apply(p->s->place, small, at);
@@ -239,7 +239,7 @@ static bool carry_track(const struct placing *p, struct adjust_track *track) {
     double *wide = track->pixel_px[track->count];
     wide[0] = at[0] + p->s->part_px[0];
     wide[1] = at[1] + p->s->part_px[1];
-    refine_to_sensor(&p->picture[0].window[p->side], wide);
+    adjust_to_sensor(&p->picture[0].window[p->side], wide);
     track->view[track->count++] = adjust_view(0, p->side);
     return true;
 }
@@ -260,7 +260,7 @@ static bool take_cell(const struct side_pictures *s, const struct adjust_track *
 }
 
 static int carry_tracks(struct placing *p, struct side_pictures side[2], const bool found[2],
-                        struct refine_tracks *tracks, int first) {
+                        struct adjust_tracks *tracks, int first) {
     uint8_t taken[CELLS_MAX] = {0};
     INVARIANT(first >= 0 && first <= tracks->count);
     int carried = 0;
@@ -282,7 +282,7 @@ static int carry_tracks(struct placing *p, struct side_pictures side[2], const b
 }
 
 // The median residual of the carried tracks, by counting.
-static double median_carried(const struct refine_tracks *tracks) {
+static double median_carried(const struct adjust_tracks *tracks) {
     enum { BINS = 1000 };
     static const double bin_px = 0.002;
     int bins[BINS] = {0}, count = 0, sum = 0, at = 0;
@@ -301,7 +301,7 @@ static double median_carried(const struct refine_tracks *tracks) {
 }
 
 // Fits all, then once more with the noise that the carried tracks show and without their outliers.
-static void fit(struct adjustment *adjustment, struct refine_tracks *tracks,
+static void fit(struct adjustment *adjustment, struct adjust_tracks *tracks,
                 struct bracket_report *report) {
     for (int round = 0; round < 3; round++) {
         (void)adjustment_solve(adjustment, tracks->track, tracks->count);
@@ -319,8 +319,8 @@ static void fit(struct adjustment *adjustment, struct refine_tracks *tracks,
     }
 }
 
-static int compare(const struct refine_picture picture[2], struct arena *arena,
-                   struct adjustment *adjustment, struct refine_tracks *tracks, int first,
+static int compare(const struct adjust_picture picture[2], struct arena *arena,
+                   struct adjustment *adjustment, struct adjust_tracks *tracks, int first,
                    struct bracket_report *report) {
     struct side_pictures side[2];
     bool found[2] = {false, false};
@@ -348,24 +348,24 @@ static int compare(const struct refine_picture picture[2], struct arena *arena,
     return ERROR_OK;
 }
 
-int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
+int zoom_bracket(const struct adjust_picture picture[2], struct arena *arena,
                  struct adjustment *adjustment, struct bracket_report *report) {
     const size_t mark = arena_mark(arena);
     INVARIANT(picture[0].state == 0 && picture[1].state == 1 && adjustment->views == 4);
     *report = (struct bracket_report){.turn_sigma_rad = {INFINITY, INFINITY}};
-    struct refine_tracks tracks = {arena_take(arena, 2 * SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
+    struct adjust_tracks tracks = {arena_take(arena, 2 * SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
                                    2 * SPARSE_LEFT_MAX};
     int error = tracks.track == NULL ? ERROR_MEMORY : ERROR_OK;
     int first = 0;
     for (int i = 0; i < 2 && error == ERROR_OK; i++) {
         first = tracks.count;
-        error = refine_match(&picture[i], arena, adjustment, &tracks, &report->pair[i]);
+        error = adjust_pair_match(&picture[i], arena, adjustment, &tracks, &report->pair[i]);
     }
     if (error == ERROR_OK && report->pair[1].used > 0) {
         error = compare(picture, arena, adjustment, &tracks, first, report);
     }
     for (int i = 0; i < 2 && error == ERROR_OK; i++) {
-        refine_assess(&picture[i], adjustment, &report->pair[i]);
+        adjust_pair_assess(&picture[i], adjustment, &report->pair[i]);
     }
     arena_release(arena, mark);
     return error;
@@ -387,7 +387,7 @@ size_t zoom_bracket_need_bytes(int width, int height) {
                              sparse_picture_need_bytes(width, height, CORNERS_MAX) +
                              sparse_picture_need_bytes(width, height, 4 * CORNERS_MAX) +
                              sparse_match_need_bytes(CORNERS_MAX, 4 * CORNERS_MAX);
-    const size_t matching = refine_match_need_bytes(width, height);
+    const size_t matching = adjust_pair_match_need_bytes(width, height);
     return arena_need_bytes(2 * SPARSE_LEFT_MAX, sizeof(struct adjust_track)) +
            (comparing > matching ? comparing : matching);
 }

@@ -5,14 +5,14 @@
 #ifndef VERGENCE_STEREO_ZOOM_ZOOM_BRACKET_H
 #define VERGENCE_STEREO_ZOOM_ZOOM_BRACKET_H
 
-#include "stereo/zoom/refine_pair.h"
+#include "stereo/zoom/adjust_pair.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 struct bracket_report {
-    struct refine_report pair[2];  // wide, tele; their sigmas after all of it
+    struct adjust_report pair[2];  // wide, tele; their sigmas after all of it
     int carried;                   // observations of the tele pair's points in the wide pictures
     double carried_px;  // median of what the corrected views leave of them, px of the wide sensor
     /// How far each camera turned between the pairs, if pan did not stay untouched, and the
@@ -23,7 +23,7 @@ struct bracket_report {
 /// `picture[0]` is the wider pair, of state 0, `picture[1]` the other, of state 1; `adjustment` was
 /// begun with both. If the pictures before and after cannot be compared, `carried` is 0 and
 /// `adjustment` fits the pairs alone. ERROR_MEMORY.
-int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
+int zoom_bracket(const struct adjust_picture picture[2], struct arena *arena,
                  struct adjustment *adjustment, struct bracket_report *report);
 size_t zoom_bracket_need_bytes(int width, int height);
 

@@ -12,8 +12,8 @@
 #include "daemon/session/calibration_at.h"
 #include "daemon/surface/calibration_loader.h"
 #include "stereo/geometry/geometry.h"
+#include "stereo/zoom/adjust_pair.h"
 #include "stereo/zoom/adjustment.h"
-#include "stereo/zoom/refine_pair.h"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
@@ -98,7 +98,7 @@ class looker {
     places on_sensor(const touch_up_marks::place &px) const {
         places at = {{{px[0], px[1]}, {px[2], px[3]}}};
         for (size_t side = 0; side < 2; side++) {
-            refine_to_sensor(&shot_.state->origin.side[side].window, at[side].data());
+            adjust_to_sensor(&shot_.state->origin.side[side].window, at[side].data());
         }
         return at;
     }
@@ -113,11 +113,11 @@ class looker {
         return adjustment_solve(&adjustment_, tracks.data(), int(tracks.size()));
     }
 
-    /// Matches the two pictures, as any pair is refined, and corrects the views by them and by
+    /// Matches the two pictures, as any pair is adjusted, and corrects the views by them and by
     /// `more`. Without pictures there are no matches.
     void match_own(const std::vector<adjust_track> &more, touch_up_look *look) {
         std::array<calibrate_image, 2> image;
-        refine_picture picture{};
+        adjust_picture picture{};
         picture.axes = state_;
         picture.depth_near_mm = nearest_mm;
         picture.depth_far_mm = INFINITY;
@@ -133,16 +133,16 @@ class looker {
             picture.window[side] = shot_.state->origin.side[side].window;
         }
         std::vector<adjust_track> tracks(SPARSE_LEFT_MAX);
-        refine_tracks kept = {tracks.data(), 0, SPARSE_LEFT_MAX};
-        refine_report report{};
+        adjust_tracks kept = {tracks.data(), 0, SPARSE_LEFT_MAX};
+        adjust_report report{};
         if (whole) {
             const size_t bytes =
-                std::max(refine_match_need_bytes(image[0].width_px, image[0].height_px),
-                         refine_match_need_bytes(image[1].width_px, image[1].height_px));
+                std::max(adjust_pair_match_need_bytes(image[0].width_px, image[0].height_px),
+                         adjust_pair_match_need_bytes(image[1].width_px, image[1].height_px));
             std::vector<unsigned char> memory(bytes);
             arena pool{};
             arena_init(&pool, memory.data(), memory.size());
-            if (refine_match(&picture, &pool, &adjustment_, &kept, &report) == ERROR_OK) {
+            if (adjust_pair_match(&picture, &pool, &adjustment_, &kept, &report) == ERROR_OK) {
                 own_.assign(tracks.begin(), tracks.begin() + kept.count);
             }
         }
@@ -401,7 +401,7 @@ class looker {
         return true;
     }
 
-    /// As a pair is refined whose scene is not known.
+    /// As a pair is adjusted whose scene is not known.
     bool fit_rows(touch_up_look *look) {
         if (!measure_depth(adjust_prior_sigma, &look->depth_mm, &look->depth_sigma_mm)) {
             return false;

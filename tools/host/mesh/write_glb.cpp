@@ -201,7 +201,7 @@ json asset_of(const reconstruct_context &context) {
         extras["depth_sigma_common_mm"] = context.depth_sigma_common_mm;
     }
     if (context.self_calibrated) {
-        extras["health"] = refine_health_text(context.self_calibration.health);
+        extras["health"] = adjust_health_text(context.self_calibration.health);
     }
     extras.update(json_of([&](auto *out) { capture_info_json(&context.capture, out); }));
     return {

@@ -91,10 +91,10 @@ std::string calibration_table(const reconstruct_context &context, const report_f
                                        context.depth_sigma_common_mm));
     }
     if (context.self_calibrated) {
-        const refine_report &refined = context.self_calibration;
+        const adjust_report &refined = context.self_calibration;
         rows += row("cameras, corrected by the pair",
                     report_text_format("%s; %d points, rows %.2f px before and %.2f px after",
-                                       refine_health_text(refined.health), refined.used,
+                                       adjust_health_text(refined.health), refined.used,
                                        refined.rows_before_px, refined.rows_px));
         rows += row("depth left uncertain by it",
                     report_text_format("%.3g mm at %.0f mm; before %.3g mm", refined.depth.after,

@@ -116,10 +116,10 @@ report_verdict with_cameras(const reconstruct_context &context, report_verdict r
         return rows;
     }
     switch (context.self_calibration.health) {
-        case REFINE_CALIBRATE:
+        case ADJUST_CALIBRATE:
             return {"poor", "bad",
                     "The cameras are not where the calibration expects them: calibrate again."};
-        case REFINE_TOUCH_UP:
+        case ADJUST_TOUCH_UP:
             return {
                 "fair", "fair",
                 std::string("The pair does not show the depth well: correct it by a length") +

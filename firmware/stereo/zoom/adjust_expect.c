@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/zoom/refine_expect.h"
+#include "stereo/zoom/adjust_expect.h"
 
 #include <math.h>
 #include <string.h>
@@ -13,19 +13,19 @@ static double early_px(const struct calibration_window *window) {
     return 0.5 * (window->skip - 1);
 }
 
-void refine_to_sensor(const struct calibration_window *window, double px[2]) {
+void adjust_to_sensor(const struct calibration_window *window, double px[2]) {
     px[0] = window->column_px + window->skip * px[0] - early_px(window);
     px[1] = window->row_px + window->skip * px[1] - early_px(window);
 }
 
-void refine_from_sensor(const struct calibration_window *window, double px[2]) {
+void adjust_from_sensor(const struct calibration_window *window, double px[2]) {
     px[0] = (px[0] + early_px(window) - window->column_px) / window->skip;
     px[1] = (px[1] + early_px(window) - window->row_px) / window->skip;
 }
 
 // Where the right camera sees the point of a left ray at depth 1 / w, with its derivatives.
 static bool project_right(const struct camera_view view[2], const double direction[3], double w,
-                          double px[2], double derivative[2][REFINE_TERMS]) {
+                          double px[2], double derivative[2][ADJUST_TERMS]) {
     const struct camera_view *left = &view[0], *right = &view[1];
     struct far_point point = {
         .x = direction[0] / direction[2], .y = direction[1] / direction[2], .w = w};
@@ -100,14 +100,14 @@ static bool clip_depths(const struct camera_view pair[2], const double direction
     return true;
 }
 
-bool refine_expect(void *context, const double left_px[2], struct sparse_region *region) {
-    const struct refine_expectation *e = context;
-    const struct refine_picture *picture = e->picture;
+bool adjust_expect(void *context, const double left_px[2], struct sparse_region *region) {
+    const struct adjust_expectation *e = context;
+    const struct adjust_picture *picture = e->picture;
     const int first = adjust_view(picture->state, 0);
     INVARIANT(first + 1 < e->adjustment->views);
     const struct camera_view *view = &e->adjustment->view[first];
-    double px[2] = {left_px[0], left_px[1]}, direction[3], middle[2], J[2][REFINE_TERMS];
-    refine_to_sensor(&picture->window[0], px);
+    double px[2] = {left_px[0], left_px[1]}, direction[3], middle[2], J[2][ADJUST_TERMS];
+    adjust_to_sensor(&picture->window[0], px);
     double range[2] = {1 / picture->depth_far_mm, 1 / picture->depth_near_mm};
     if (!camera_view_ray(&view[0], px, direction) || !(direction[2] > 0) ||
         !clip_depths(view, direction, range) ||
@@ -120,7 +120,7 @@ bool refine_expect(void *context, const double left_px[2], struct sparse_region 
     const double length = sqrt(dx * dx + dy * dy);
     const double along[2] = {length > 0 ? dx / length : 1, length > 0 ? dy / length : 0};
     double across_gradient[ADJUST_TERMS_MAX] = {0}, along_gradient[ADJUST_TERMS_MAX] = {0};
-    for (int c = 0; c < REFINE_TERMS; c++) {
+    for (int c = 0; c < ADJUST_TERMS; c++) {
         along_gradient[first * VIEW_TERMS + c] = along[0] * J[0][c] + along[1] * J[1][c];
         across_gradient[first * VIEW_TERMS + c] = along[0] * J[1][c] - along[1] * J[0][c];
     }
@@ -134,7 +134,7 @@ bool refine_expect(void *context, const double left_px[2], struct sparse_region 
                            skip;
     region->beyond =
         e->across_px + search_sigmas * adjust_posterior_sigma(e->adjustment, along_gradient) / skip;
-    refine_from_sensor(&picture->window[1], region->from);
-    refine_from_sensor(&picture->window[1], region->to);
+    adjust_from_sensor(&picture->window[1], region->from);
+    adjust_from_sensor(&picture->window[1], region->to);
     return true;
 }

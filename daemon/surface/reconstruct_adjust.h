@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The calibration of a captured pair from the calibration of all zooms, corrected by what the
 /// pair's own pictures show.
-#ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_REFINE_H
-#define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_REFINE_H
+#ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_ADJUST_H
+#define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_ADJUST_H
 
 #include "daemon/base/message.h"
 #include "daemon/session/last_pair.h"
 #include "daemon/surface/result/reconstruct_context.h"
-#include "stereo/zoom/refine_pair.h"
+#include "stereo/zoom/adjust_pair.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-struct reconstruct_refine_pair {
+struct reconstruct_adjust_pair {
     const struct pair *pair;
     struct zoom_state state;
 };
@@ -22,13 +22,13 @@ struct reconstruct_refine_pair {
 /// zoom, with pan untouched (a bracket). `depth_mm`: nearest and farthest depth of the scene; 0 0:
 /// not known. Returns 0 with the calibration of the frames as they are and the reports in
 /// `context`, or an error with `message` set.
-int reconstruct_refine(const struct zoom_calibration *zoom,
-                       const struct reconstruct_refine_pair *pairs, int count,
+int reconstruct_adjust(const struct zoom_calibration *zoom,
+                       const struct reconstruct_adjust_pair *pairs, int count,
                        const double depth_mm[2], struct calibration *calibration,
                        struct reconstruct_context *context, struct message *message);
 
 /// Warns of what the pictures did not show, if it matters.
-void reconstruct_refine_doubt(struct reconstruct_context *context);
+void reconstruct_adjust_doubt(struct reconstruct_context *context);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/surface/reconstruct_refine.h"
+#include "daemon/surface/reconstruct_adjust.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -42,7 +42,7 @@ static size_t larger(size_t one, size_t other) {
 }
 
 /// For `count` pairs: their grey pictures, and the larger of developing and refining.
-static size_t need_bytes(const struct reconstruct_refine_pair *pairs, int count) {
+static size_t need_bytes(const struct reconstruct_adjust_pair *pairs, int count) {
     size_t bytes = 0, most = 0;
     for (int i = 0; i < count; i++) {
         for (int side = 0; side < RIG_SIDES; side++) {
@@ -53,7 +53,7 @@ static size_t need_bytes(const struct reconstruct_refine_pair *pairs, int count)
             const size_t refining =
                 count > 1 ? adjustment_need_bytes(2) +
                                 zoom_bracket_need_bytes(raw->width_px, raw->height_px)
-                          : refine_calibration_need_bytes(raw->width_px, raw->height_px);
+                          : adjust_calibration_need_bytes(raw->width_px, raw->height_px);
             bytes += arena_need_bytes(width * height, 1);
             most = larger(most, larger(developing, refining));
         }
@@ -61,9 +61,9 @@ static size_t need_bytes(const struct reconstruct_refine_pair *pairs, int count)
     return bytes + most;
 }
 
-static int make_picture(const struct reconstruct_refine_pair *from, const double depth_mm[2],
-                        struct arena *arena, struct refine_picture *picture) {
-    *picture = (struct refine_picture){
+static int make_picture(const struct reconstruct_adjust_pair *from, const double depth_mm[2],
+                        struct arena *arena, struct adjust_picture *picture) {
+    *picture = (struct adjust_picture){
         .axes = from->state,
         .depth_near_mm = depth_mm[0] > 0 ? depth_mm[0] : nearest_mm,
         .depth_far_mm = depth_mm[1] > 0 ? depth_mm[1] : INFINITY,
@@ -85,11 +85,11 @@ static int make_picture(const struct reconstruct_refine_pair *from, const double
 }
 
 /// Refines `picture[0]` with the help of `picture[1]`, of the same scene at another zoom.
-static int refine_bracket(const struct zoom_calibration *zoom,
-                          const struct refine_picture picture[2], struct arena *arena,
+static int adjust_bracket(const struct zoom_calibration *zoom,
+                          const struct adjust_picture picture[2], struct arena *arena,
                           struct calibration *calibration, struct reconstruct_context *context,
                           struct calibration_fault *fault) {
-    struct refine_picture by_zoom[2];  // the wider first
+    struct adjust_picture by_zoom[2];  // the wider first
     struct zoom_state states[2];
     struct zoom_pair at[2];
     for (int i = 0; i < 2; i++) {
@@ -112,17 +112,17 @@ static int refine_bracket(const struct zoom_calibration *zoom,
     }
     if (error == ERROR_OK) {
         context->self_calibration = context->bracket.pair[first];
-        error = refine_conclude(zoom, &by_zoom[first], &adjustment, &context->self_calibration,
+        error = adjust_conclude(zoom, &by_zoom[first], &adjustment, &context->self_calibration,
                                 calibration, fault);
     }
     return error;
 }
 
-static int refine(const struct zoom_calibration *zoom, const struct reconstruct_refine_pair *pairs,
+static int adjust(const struct zoom_calibration *zoom, const struct reconstruct_adjust_pair *pairs,
                   int count, const double depth_mm[2], struct arena *arena,
                   struct calibration *calibration, struct reconstruct_context *context,
                   struct calibration_fault *fault) {
-    struct refine_picture picture[2];
+    struct adjust_picture picture[2];
     for (int i = 0; i < count; i++) {
         const int error = make_picture(&pairs[i], depth_mm, arena, &picture[i]);
         if (error != ERROR_OK) {
@@ -132,19 +132,19 @@ static int refine(const struct zoom_calibration *zoom, const struct reconstruct_
     const size_t mark = arena_mark(arena);
     int error = ERROR_OK;
     if (count > 1) {
-        error = refine_bracket(zoom, picture, arena, calibration, context, fault);
+        error = adjust_bracket(zoom, picture, arena, calibration, context, fault);
         context->bracketed = error == ERROR_OK && !zoom_bracket_turned(&context->bracket) &&
                              context->bracket.carried > 0;
         arena_release(arena, mark);
     }
     return error == ERROR_OK && !context->bracketed
-               ? refine_calibration(zoom, picture, arena, calibration, &context->self_calibration,
+               ? adjust_calibration(zoom, picture, arena, calibration, &context->self_calibration,
                                     fault)
                : error;
 }
 
-int reconstruct_refine(const struct zoom_calibration *zoom,
-                       const struct reconstruct_refine_pair *pairs, int count,
+int reconstruct_adjust(const struct zoom_calibration *zoom,
+                       const struct reconstruct_adjust_pair *pairs, int count,
                        const double depth_mm[2], struct calibration *calibration,
                        struct reconstruct_context *context, struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
@@ -153,10 +153,10 @@ int reconstruct_refine(const struct zoom_calibration *zoom,
     struct arena arena;
     arena_init(&arena, memory, memory == NULL ? 0 : bytes);
     context->bracket_pair = count > 1 ? pairs[1].pair->number : 0;
-    const int error = refine(zoom, pairs, count, depth_mm, &arena, calibration, context, &fault);
+    const int error = adjust(zoom, pairs, count, depth_mm, &arena, calibration, context, &fault);
     free(memory);
     return error == ERROR_OK ? ERROR_OK
-                             : calibration_at_refused("the calibration cannot be refined", error,
+                             : calibration_at_refused("the calibration cannot be adjusted", error,
                                                       &fault, message);
 }
 
@@ -180,12 +180,12 @@ static void doubt_bracket(struct reconstruct_context *context) {
                              (unsigned)context->bracket_pair);
 }
 
-void reconstruct_refine_doubt(struct reconstruct_context *context) {
-    const struct refine_report *report = &context->self_calibration;
+void reconstruct_adjust_doubt(struct reconstruct_context *context) {
+    const struct adjust_report *report = &context->self_calibration;
     if (context->bracket_pair > 0 && !context->bracketed) {
         doubt_bracket(context);
     }
-    if (refine_is_lost(report)) {
+    if (adjust_pair_is_lost(report)) {
         reconstruct_context_warn(context,
                                  "of %d distinct points only %d match: the cameras are not where "
                                  "the calibration expects them (calibrate again), or show "
@@ -200,7 +200,7 @@ void reconstruct_refine_doubt(struct reconstruct_context *context) {
             "where the motors read, and all depths share a deviation of %.3g "
             "mm at %.0f mm (more texture, or \"vergence calibrate --touch-up\")",
             report->matches, report->depth.after, report->depth_mm);
-    } else if (report->health == REFINE_CALIBRATE) {
+    } else if (report->health == ADJUST_CALIBRATE) {
         reconstruct_context_warn(context,
                                  "the cameras are not where the calibration expects them (%.1f "
                                  "standard deviations, rows %.2f px apart): calibrate again",

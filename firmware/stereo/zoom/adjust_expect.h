@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Where a point of the left picture of a pair may be in the right one, as uncertain as the views
 /// are.
-#ifndef VERGENCE_STEREO_ZOOM_REFINE_EXPECT_H
-#define VERGENCE_STEREO_ZOOM_REFINE_EXPECT_H
+#ifndef VERGENCE_STEREO_ZOOM_ADJUST_EXPECT_H
+#define VERGENCE_STEREO_ZOOM_ADJUST_EXPECT_H
 
 #include "stereo/image/image.h"
 #include "stereo/zoom/adjustment.h"
@@ -12,10 +12,10 @@
 extern "C" {
 #endif
 
-enum { REFINE_TERMS = 2 * VIEW_TERMS };
+enum { ADJUST_TERMS = 2 * VIEW_TERMS };
 
 /// A pair of grey pictures, the part of the sensor that they show, and where the motors were.
-struct refine_picture {
+struct adjust_picture {
     struct image_u8 grey[2];
     struct calibration_window window[2];
     struct zoom_state axes;
@@ -24,17 +24,17 @@ struct refine_picture {
 };
 
 /// Between pixels of a picture and of the sensor.
-void refine_to_sensor(const struct calibration_window *window, double px[2]);
-void refine_from_sensor(const struct calibration_window *window, double px[2]);
+void adjust_to_sensor(const struct calibration_window *window, double px[2]);
+void adjust_from_sensor(const struct calibration_window *window, double px[2]);
 
-struct refine_expectation {
-    const struct refine_picture *picture;
+struct adjust_expectation {
+    const struct adjust_picture *picture;
     const struct adjustment *adjustment;
     double across_px;  // added to what the uncertainty asks for
 };
 
-/// `expectation` is a struct refine_expectation.
-bool refine_expect(void *expectation, const double left_px[2], struct sparse_region *region);
+/// `expectation` is a struct adjust_expectation.
+bool adjust_expect(void *expectation, const double left_px[2], struct sparse_region *region);
 
 #ifdef __cplusplus
 }

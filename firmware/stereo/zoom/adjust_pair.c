@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/zoom/refine_pair.h"
+#include "stereo/zoom/adjust_pair.h"
 
 #include <math.h>
 #include <string.h>
@@ -12,7 +12,7 @@ enum {
     DISTINCT_MIN = 200,  // of which ten times fewer fit by no accident
     SAMPLE = 8,          // tracks of a hypothesis
     HYPOTHESES = 300,
-    JUDGES_MAX = 512,  // tracks that count its support
+    SCORED_TRACKS_MAX = 512,  // tracks that count its support
     PASSES = 2,
     CORNER_REACH = 3,  // px of the level by which the corners of the same thing may differ
 };
@@ -24,21 +24,21 @@ static const double outlier_sigmas = 4;
 // A track supports a hypothesis within this many px.
 static const double support_px = 1.5;
 
-bool refine_is_lost(const struct refine_report *report) {
+bool adjust_pair_is_lost(const struct adjust_report *report) {
     return report->used == 0 && report->corners >= DISTINCT_MIN;
 }
 
-const char *refine_health_text(enum refine_health health) {
+const char *adjust_health_text(enum adjust_health health) {
     static const char *const texts[] = {"good", "touch up", "calibrate"};
-    INVARIANT((int)health >= 0 && health <= REFINE_CALIBRATE);
+    INVARIANT((int)health >= 0 && health <= ADJUST_CALIBRATE);
     return texts[health];
 }
 
 // Matches of one pair; `track` is behind those of other pairs.
 struct matches {
-    const struct refine_picture *picture;
+    const struct adjust_picture *picture;
     struct adjustment *adjustment;
-    struct refine_tracks *all;
+    struct adjust_tracks *all;
     struct sparse_picture corners[2];
     struct sparse_pair *pair;
     struct adjust_track *track;
@@ -48,10 +48,10 @@ struct matches {
 };
 
 static int find_matches(struct matches *m, struct arena *arena) {
-    struct refine_expectation expectation = {m->picture, m->adjustment,
+    struct adjust_expectation expectation = {m->picture, m->adjustment,
                                              CORNER_REACH * m->corners[1].factor};
     const int count =
-        sparse_match(&m->corners[0], &m->corners[1], refine_expect, &expectation, arena, m->pair);
+        sparse_match(&m->corners[0], &m->corners[1], adjust_expect, &expectation, arena, m->pair);
     m->count = count < 0 ? 0 : count;
     for (int i = 0; i < m->count; i++) {
         struct adjust_track *track = &m->track[i];
@@ -60,7 +60,7 @@ static int find_matches(struct matches *m, struct arena *arena) {
         memcpy(track->pixel_px[1], m->pair[i].right_px, sizeof track->pixel_px[1]);
         for (int side = 0; side < 2; side++) {
             track->view[side] = adjust_view(m->picture->state, side);
-            refine_to_sensor(&m->picture->window[side], track->pixel_px[side]);
+            adjust_to_sensor(&m->picture->window[side], track->pixel_px[side]);
         }
     }
     return count < 0 ? count : ERROR_OK;
@@ -73,13 +73,13 @@ static void linearize(struct matches *m) {
     const double *factor =
         adjustment->posterior + adjust_view(m->picture->state, 0) * VIEW_TERMS * adjustment->terms;
     for (int i = 0; i < m->count; i++) {
-        double residual, derivative[REFINE_TERMS];
+        double residual, derivative[ADJUST_TERMS];
         struct adjust_track *track = &m->track[i];
         track->rejected = !adjust_track_epipolar(adjustment, track, &residual, derivative);
         m->residual[i] = track->rejected ? 1e6F : (float)residual;
         float *effect = m->effect[i];
         memset(effect, 0, sizeof m->effect[i]);
-        for (int c = 0; c < REFINE_TERMS && !track->rejected; c++) {
+        for (int c = 0; c < ADJUST_TERMS && !track->rejected; c++) {
             const double *row = factor + c * adjustment->terms;
             for (int k = 0; k < adjustment->terms; k++) {
                 effect[k] += (float)(derivative[c] * row[k]);
@@ -110,7 +110,7 @@ static bool eliminate(double M[SAMPLE][SAMPLE + 1]) {
 }
 
 // The parts that explain a sample of residuals with least surprise: A^T (A A^T + s^2)^-1 r.
-static bool explain(const struct matches *m, const int sample[SAMPLE],
+static bool solve_map(const struct matches *m, const int sample[SAMPLE],
                     double parts[ADJUST_TERMS_MAX]) {
     double M[SAMPLE][SAMPLE + 1];
     INVARIANT(m->count >= SAMPLE);
@@ -149,20 +149,20 @@ static double remaining(const struct matches *m, int i, const double parts[ADJUS
 
 // Rejects the tracks that the hypothesis with the most support does not explain. Returns the number
 // of the others.
-static int agree(struct matches *m) {
+static int ransac_inliers(struct matches *m) {
     uint32_t random = 1;
     double best_parts[ADJUST_TERMS_MAX] = {0}, best_score = -1;
-    const int judge_step = m->count / JUDGES_MAX + 1;
+    const int scored_step = m->count / SCORED_TRACKS_MAX + 1;
     for (int round = 0; round < HYPOTHESES && m->count >= TRACKS_MIN; round++) {
         int sample[SAMPLE];
         double parts[ADJUST_TERMS_MAX], score = 0;
         for (int i = 0; i < SAMPLE; i++) {
             sample[i] = (int)(next_random(&random) % (uint32_t)m->count);
         }
-        if (!explain(m, sample, parts)) {
+        if (!solve_map(m, sample, parts)) {
             continue;
         }
-        for (int i = 0; i < m->count; i += judge_step) {
+        for (int i = 0; i < m->count; i += scored_step) {
             const double rest = remaining(m, i, parts) / support_px;
             score += rest < 1 ? 1 - rest * rest : 0;
         }
@@ -252,7 +252,7 @@ static int reject(struct matches *m, double noise_px, double *rms_px) {
 
 // Fits all tracks, estimates the noise of these, and rejects what lies outside of it. The median
 // finds outliers; the noise of the others, which has longer tails than a normal one, is their rms.
-static int fit(struct matches *m, struct refine_report *report) {
+static int fit(struct matches *m, struct adjust_report *report) {
     int kept = 0;
     report->noise_px = first_noise_px;
     for (int round = 0; round < 3; round++) {
@@ -280,7 +280,7 @@ static void keep(struct matches *m) {
     }
 }
 
-static int run(struct matches *m, struct arena *arena, struct refine_report *report) {
+static int run(struct matches *m, struct arena *arena, struct adjust_report *report) {
     for (int side = 0; side < 2; side++) {
         const int error = sparse_picture_make(&m->picture->grey[side],
                                               side == 0 ? SPARSE_LEFT_MAX : SPARSE_RIGHT_MAX, arena,
@@ -301,7 +301,7 @@ static int run(struct matches *m, struct arena *arena, struct refine_report *rep
         report->matches = m->count;
         linearize(m);
         report->used = 0;
-        if (agree(m) < TRACKS_MIN) {
+        if (ransac_inliers(m) < TRACKS_MIN) {
             return ERROR_OK;
         }
         report->rows_before_px = median_residual(m) * sqrt(2.0);
@@ -315,11 +315,11 @@ static int run(struct matches *m, struct arena *arena, struct refine_report *rep
     return ERROR_OK;
 }
 
-int refine_match(const struct refine_picture *picture, struct arena *arena,
-                 struct adjustment *adjustment, struct refine_tracks *tracks,
-                 struct refine_report *report) {
+int adjust_pair_match(const struct adjust_picture *picture, struct arena *arena,
+                      struct adjustment *adjustment, struct adjust_tracks *tracks,
+                      struct adjust_report *report) {
     const size_t mark = arena_mark(arena);
-    *report = (struct refine_report){0};
+    *report = (struct adjust_report){0};
     INVARIANT(tracks->count + SPARSE_LEFT_MAX <= tracks->max);
     struct matches m = {.picture = picture,
                         .adjustment = adjustment,
@@ -343,7 +343,7 @@ int refine_match(const struct refine_picture *picture, struct arena *arena,
     return error;
 }
 
-size_t refine_match_need_bytes(int width, int height) {
+size_t adjust_pair_match_need_bytes(int width, int height) {
     return arena_need_bytes(SPARSE_LEFT_MAX, sizeof(struct sparse_pair)) +
            arena_need_bytes(SPARSE_LEFT_MAX, ADJUST_TERMS_MAX * sizeof(float)) +
            2 * arena_need_bytes(SPARSE_LEFT_MAX, sizeof(float)) +
@@ -353,14 +353,14 @@ size_t refine_match_need_bytes(int width, int height) {
 }
 
 // Corrections larger than the prior allows say that it is too small also for what they do not show.
-static struct refine_sigma sigma_of(const struct adjustment *adjustment, double growth,
+static struct adjust_sigma sigma_of(const struct adjustment *adjustment, double growth,
                                     const double *gradient) {
-    return (struct refine_sigma){adjust_prior_sigma(adjustment, gradient),
+    return (struct adjust_sigma){adjust_prior_sigma(adjustment, gradient),
                                  growth * adjust_posterior_sigma(adjustment, gradient)};
 }
 
-void refine_assess(const struct refine_picture *picture, const struct adjustment *adjustment,
-                   struct refine_report *report) {
+void adjust_pair_assess(const struct adjust_picture *picture, const struct adjustment *adjustment,
+                        struct adjust_report *report) {
     const int left = VIEW_TERMS * adjust_view(picture->state, 0);
     const int right = VIEW_TERMS * adjust_view(picture->state, 1);
     const double growth = adjust_birge_ratio(adjustment);
@@ -377,37 +377,37 @@ void refine_assess(const struct refine_picture *picture, const struct adjustment
     report->vergence_rad = sigma_of(adjustment, growth, gradient);
     report->depth_mm = report->used > 0 ? report->depth_mm : 2 * picture->depth_near_mm;
     double px[2] = {0.5 * picture->grey[0].width, 0.5 * picture->grey[0].height};
-    refine_to_sensor(&picture->window[0], px);
+    adjust_to_sensor(&picture->window[0], px);
     if (adjust_depth_gradient(adjustment, picture->state, px, report->depth_mm, gradient)) {
         report->depth = sigma_of(adjustment, growth, gradient);
     }
     report->surprise = adjust_chi_square_score(adjustment);
     // Rows may fit while the depth does not: the word considers both.
     report->health =
-        report->used > 0 && (report->surprise > 4 || report->rows_px > 0.6)    ? REFINE_CALIBRATE
-        : refine_is_lost(report)                                               ? REFINE_CALIBRATE
-        : report->used == 0 || report->depth.after > 2.5e-3 * report->depth_mm ? REFINE_TOUCH_UP
-                                                                               : REFINE_GOOD;
+        report->used > 0 && (report->surprise > 4 || report->rows_px > 0.6)    ? ADJUST_CALIBRATE
+        : adjust_pair_is_lost(report)                                          ? ADJUST_CALIBRATE
+        : report->used == 0 || report->depth.after > 2.5e-3 * report->depth_mm ? ADJUST_TOUCH_UP
+                                                                               : ADJUST_GOOD;
 }
 
-int refine_pair(const struct refine_picture *picture, struct arena *arena,
-                struct adjustment *adjustment, struct refine_report *report) {
+int adjust_pair(const struct adjust_picture *picture, struct arena *arena,
+                struct adjustment *adjustment, struct adjust_report *report) {
     const size_t mark = arena_mark(arena);
-    struct refine_tracks tracks = {arena_take(arena, SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
+    struct adjust_tracks tracks = {arena_take(arena, SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
                                    SPARSE_LEFT_MAX};
     const int error = tracks.track == NULL
                           ? ERROR_MEMORY
-                          : refine_match(picture, arena, adjustment, &tracks, report);
+                          : adjust_pair_match(picture, arena, adjustment, &tracks, report);
     if (error == ERROR_OK) {
-        refine_assess(picture, adjustment, report);
+        adjust_pair_assess(picture, adjustment, report);
     }
     arena_release(arena, mark);
     return error;
 }
 
-size_t refine_pair_need_bytes(int width, int height) {
+size_t adjust_pair_need_bytes(int width, int height) {
     return arena_need_bytes(SPARSE_LEFT_MAX, sizeof(struct adjust_track)) +
-           refine_match_need_bytes(width, height);
+           adjust_pair_match_need_bytes(width, height);
 }
 
 // The lens of a window of the sensor.
@@ -415,7 +415,7 @@ static void to_window(const struct calibration_window *window, const struct imag
                       struct lens *lens) {
     INVARIANT(window->skip >= 1);
     double centre[2] = {lens->cx_px, lens->cy_px};
-    refine_from_sensor(window, centre);
+    adjust_from_sensor(window, centre);
     lens->cx_px = centre[0];
     lens->cy_px = centre[1];
     lens->fx_px /= window->skip;
@@ -424,37 +424,37 @@ static void to_window(const struct calibration_window *window, const struct imag
     lens->height_px = grey->height;
 }
 
-int refine_conclude(const struct zoom_calibration *calibration,
-                    const struct refine_picture *picture, const struct adjustment *adjustment,
-                    const struct refine_report *report, struct calibration *result,
+int adjust_conclude(const struct zoom_calibration *calibration,
+                    const struct adjust_picture *picture, const struct adjustment *adjustment,
+                    const struct adjust_report *report, struct calibration *result,
                     struct calibration_fault *fault) {
-    struct calibration refined;
+    struct calibration adjusted;
     const struct camera_view *view = &adjustment->view[adjust_view(picture->state, 0)];
-    int error = zoom_calibration_at(calibration, &picture->axes, &refined, fault);
+    int error = zoom_calibration_at(calibration, &picture->axes, &adjusted, fault);
     if (error == ERROR_OK) {
-        camera_view_pair(&view[0], &view[1], &refined);
-        to_window(&picture->window[0], &picture->grey[0], &refined.left);
-        to_window(&picture->window[1], &picture->grey[1], &refined.right);
-        refined.origin.side[0].window = picture->window[0];
-        refined.origin.side[1].window = picture->window[1];
+        camera_view_pair(&view[0], &view[1], &adjusted);
+        to_window(&picture->window[0], &picture->grey[0], &adjusted.left);
+        to_window(&picture->window[1], &picture->grey[1], &adjusted.right);
+        adjusted.origin.side[0].window = picture->window[0];
+        adjusted.origin.side[1].window = picture->window[1];
         // What remains unknown, at the depth of the scene: as an angle, beside the scale.
-        refined.scale_sigma = calibration->scale_sigma;
-        refined.yaw_sigma_rad = report->depth.after * calibration_baseline_mm(&refined) /
+        adjusted.scale_sigma = calibration->scale_sigma;
+        adjusted.yaw_sigma_rad = report->depth.after * calibration_baseline_mm(&adjusted) /
                                 (report->depth_mm * report->depth_mm);
-        error = calibration_round(&refined);
+        error = calibration_round(&adjusted);
     }
     if (error == ERROR_OK) {
-        error = calibration_validate(&refined, fault);
+        error = calibration_validate(&adjusted, fault);
     }
     if (error == ERROR_OK) {
-        *result = refined;
+        *result = adjusted;
     }
     return error;
 }
 
-int refine_calibration(const struct zoom_calibration *calibration,
-                       const struct refine_picture *picture, struct arena *arena,
-                       struct calibration *result, struct refine_report *report,
+int adjust_calibration(const struct zoom_calibration *calibration,
+                       const struct adjust_picture *picture, struct arena *arena,
+                       struct calibration *result, struct adjust_report *report,
                        struct calibration_fault *fault) {
     const size_t mark = arena_mark(arena);
     struct adjustment adjustment;
@@ -463,15 +463,15 @@ int refine_calibration(const struct zoom_calibration *calibration,
         error = adjustment_begin(calibration, &picture->axes, 1, arena, &adjustment);
     }
     if (error == ERROR_OK) {
-        error = refine_pair(picture, arena, &adjustment, report);
+        error = adjust_pair(picture, arena, &adjustment, report);
     }
     if (error == ERROR_OK) {
-        error = refine_conclude(calibration, picture, &adjustment, report, result, fault);
+        error = adjust_conclude(calibration, picture, &adjustment, report, result, fault);
     }
     arena_release(arena, mark);
     return error;
 }
 
-size_t refine_calibration_need_bytes(int width, int height) {
-    return adjustment_need_bytes(1) + refine_pair_need_bytes(width, height);
+size_t adjust_calibration_need_bytes(int width, int height) {
+    return adjustment_need_bytes(1) + adjust_pair_need_bytes(width, height);
 }

@@ -76,7 +76,7 @@ std::vector<uint8_t> picture(const zoom_rig::camera_truth &camera, double textur
 struct Scene {
     std::vector<uint8_t> pixels[2];
     zoom_rig::camera_truth truth[2];
-    refine_picture picture;
+    adjust_picture picture;
 };
 
 // Motors off by `counts` and `pan_rad`, in opposite ways; `texture_mm` 0: of 6 px.
@@ -106,7 +106,7 @@ struct Memory {
 };
 
 size_t need() {
-    return refine_calibration_need_bytes(kWidth, kHeight);
+    return adjust_calibration_need_bytes(kWidth, kHeight);
 }
 
 TEST_CASE("a refined pair has its rows together and its focal lengths in the right ratio") {
@@ -116,9 +116,9 @@ TEST_CASE("a refined pair has its rows together and its focal lengths in the rig
         Scene at = scene(zoom, 2, 0.3 * M_PI / 180);
         Memory memory(need());
         calibration result;
-        refine_report report;
+        adjust_report report;
         calibration_fault fault = {};
-        REQUIRE(refine_calibration(rig.get(), &at.picture, &memory.pool, &result, &report,
+        REQUIRE(adjust_calibration(rig.get(), &at.picture, &memory.pool, &result, &report,
                                    &fault) == ERROR_OK);
         CHECK(memory.pool.peak_bytes <= need());
         CHECK(memory.pool.used_bytes == 0);
@@ -141,7 +141,7 @@ TEST_CASE("pictures before and after zooming show where the rings are") {
     Scene at[2] = {scene(310, 1, 0.3 * M_PI / 180, 4), scene(430, 1, 0.3 * M_PI / 180, 4)};
     at[1].picture.state = 1;
     const zoom_state axes[2] = {at[0].picture.axes, at[1].picture.axes};
-    const refine_picture pictures[2] = {at[0].picture, at[1].picture};
+    const adjust_picture pictures[2] = {at[0].picture, at[1].picture};
     Memory memory(adjustment_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
     adjustment adjustment;
     bracket_report report;
@@ -151,7 +151,7 @@ TEST_CASE("pictures before and after zooming show where the rings are") {
     CHECK(report.carried_px < 0.4);
     for (int state = 0; state < 2; state++) {
         CAPTURE(state);
-        const refine_report &pair = report.pair[state];
+        const adjust_report &pair = report.pair[state];
         CHECK(pair.focal.after < 0.5 * pair.focal.before);
         for (int side = 0; side < 2; side++) {
             const double focal = adjustment.view[adjust_view(state, side)].lens.fx_px /
@@ -176,14 +176,14 @@ TEST_CASE("without texture the prior stays, and its sigma is reported") {
     }
     Memory memory(need());
     calibration result, plain;
-    refine_report report;
-    REQUIRE(refine_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
+    adjust_report report;
+    REQUIRE(adjust_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
             ERROR_OK);
     REQUIRE(zoom_calibration_at(rig.get(), &at.picture.axes, &plain, nullptr) == ERROR_OK);
     CHECK(report.used == 0);
     CHECK(report.depth.after == report.depth.before);
     CHECK(report.depth.after > 50);
-    CHECK(report.health == REFINE_TOUCH_UP);
+    CHECK(report.health == ADJUST_TOUCH_UP);
     CHECK(result.left.fx_px == doctest::Approx(plain.left.fx_px / kSkip));
 }
 
@@ -193,8 +193,8 @@ TEST_CASE("pictures of different things are not matched") {
     std::reverse(at.pixels[1].begin(), at.pixels[1].end());
     Memory memory(need());
     calibration result;
-    refine_report report;
-    REQUIRE(refine_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
+    adjust_report report;
+    REQUIRE(adjust_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
             ERROR_OK);
     CHECK(report.used == 0);
 }
@@ -204,8 +204,8 @@ TEST_CASE("too little memory is reported") {
     Scene at = scene(500, 0, 0);
     Memory memory(need() / 2);
     calibration result;
-    refine_report report;
-    CHECK(refine_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
+    adjust_report report;
+    CHECK(adjust_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
           ERROR_MEMORY);
 }
 
