@@ -9,6 +9,7 @@
 #include "stereo/fill.h"
 #include "stereo/match_repeats.h"
 #include "stereo/mesh.h"
+#include "stereo/row_residual.h"
 #include "stereo/surface.h"
 
 enum {
@@ -163,8 +164,8 @@ size_t reconstruct_need_bytes(int raw_width_px, const struct rectify_plan *plan,
         arena_need_bytes((size_t)plan->height_px, sizeof(struct rectify_extent)) +
         arena_need_bytes(threads_count * 2 * (size_t)plan->width_px, sizeof(int32_t));
     size_t largest = larger(developing, match_need_bytes(plan->width_px, &match, threads));
-    largest = larger(largest, refine_need_bytes(plan->width_px, plan->height_px, threads));
-    largest = larger(largest, refine_vertical_need_bytes());
+    largest = larger(largest, subpixel_need_bytes(plan->width_px, plan->height_px, threads));
+    largest = larger(largest, row_residual_need_bytes());
     largest = larger(largest, fill_need_bytes(plan->width_px, plan->height_px));
     largest = larger(largest, surface_need_bytes(plan->width_px, plan->height_px,
                                                  options->recompute_surface ? 0 : valid));
@@ -329,8 +330,8 @@ static int refine(struct run *run) {
     struct reconstruct_result *result = run->result;
     const struct match_input input = match_input_of(result);
     if (run->options->refine) {
-        const int error = refine_disparities(&input, run->parallel, run->arena, &result->match,
-                                             &result->sigma_q8);
+        const int error =
+            subpixel_fit(&input, run->parallel, run->arena, &result->match, &result->sigma_q8);
         if (error != ERROR_OK) {
             return error;
         }
@@ -343,7 +344,7 @@ static int refine(struct run *run) {
             }
         }
     }
-    return refine_measure_vertical(&input, &result->match, run->arena, &result->vertical);
+    return row_residual_measure(&input, &result->match, run->arena, &result->vertical);
 }
 
 static void count_reasons(struct reconstruct_result *result) {

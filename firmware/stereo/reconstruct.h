@@ -17,7 +17,7 @@
 #include "stereo/image/raw_image.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match.h"
-#include "stereo/refine.h"
+#include "stereo/subpixel.h"
 
 #ifdef __cplusplus
 extern "C" {

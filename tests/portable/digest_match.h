@@ -13,7 +13,8 @@
 #include "stereo/match/match.h"
 #include "stereo/match/match_kernels.h"
 #include "stereo/match/match_paper.h"
-#include "stereo/refine.h"
+#include "stereo/row_residual.h"
+#include "stereo/subpixel.h"
 
 enum { PAIR_WIDTH = 90, PAIR_HEIGHT = 45, PAIR_PIXELS = PAIR_WIDTH * PAIR_HEIGHT };
 
@@ -181,19 +182,18 @@ static uint32_t digest_refine(void) {
         make_pair(9 + i, 3);
         const struct match_options options = match_default_options(0, 16);
         match_pair(&options);
-        const size_t needed[2] = {refine_need_bytes(PAIR_WIDTH, PAIR_HEIGHT, 1),
-                                  refine_vertical_need_bytes()};
+        const size_t needed[2] = {subpixel_need_bytes(PAIR_WIDTH, PAIR_HEIGHT, 1),
+                                  row_residual_need_bytes()};
         const size_t bytes = (needed[0] > needed[1] ? needed[0] : needed[1]);
         void *memory = must_have(bytes);
         struct arena working;
         arena_init(&working, memory, bytes);
         struct match_output output = pair_output();
         struct image_u16 sigma_q8 = {pair.sigma_q8, PAIR_WIDTH, PAIR_HEIGHT, PAIR_WIDTH};
-        must_succeed(
-            refine_disparities(&pair_input, &parallel_serial, &working, &output, &sigma_q8),
-            "refine");
+        must_succeed(subpixel_fit(&pair_input, &parallel_serial, &working, &output, &sigma_q8),
+                     "refine");
         struct triangulate_vertical vertical = {.samples = 0};
-        must_succeed(refine_measure_vertical(&pair_input, &output, &working, &vertical),
+        must_succeed(row_residual_measure(&pair_input, &output, &working, &vertical),
                      "measurement of the vertical disparity");
         must_succeed(vertical.samples > 0 ? ERROR_OK : ERROR_NO_SURFACE,
                      "finding samples of the vertical disparity");

@@ -12,7 +12,7 @@
 #include "daemon/base/workers.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match.h"
-#include "stereo/refine.h"
+#include "stereo/subpixel.h"
 
 namespace {
 
@@ -51,7 +51,7 @@ class team {
         size_bytes_ = match_need_bytes(width, &options, parallel()->threads);
         if (refine) {
             size_bytes_ =
-                std::max(size_bytes_, refine_need_bytes(width, height, parallel()->threads));
+                std::max(size_bytes_, subpixel_need_bytes(width, height, parallel()->threads));
         }
         memory_ = ::operator new (size_bytes_, std::align_val_t{ARENA_ALIGNMENT});
     }
@@ -149,7 +149,7 @@ class our_method : public bench_method {
         check(match_run(&input_, &options_, team.parallel(), nullptr, nullptr, &arena, &output_));
         if (refine_) {
             arena_release(&arena, 0);
-            check(refine_disparities(&input_, team.parallel(), &arena, &output_, &sigma_));
+            check(subpixel_fit(&input_, team.parallel(), &arena, &output_, &sigma_));
         }
         return arena.peak_bytes;
     }

@@ -3,12 +3,13 @@
 // must be measured: windows of a textured sample are aligned in both directions (Gauss-Newton on
 // position, with the mean difference taken out), and offset and slopes are fitted to the vertical
 // parts by reweighted least squares.
+#include "stereo/row_residual.h"
+
 #include <math.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
-#include "stereo/refine.h"
 
 enum {
     SAMPLES_MAX = 4096,
@@ -338,8 +339,8 @@ static int sample_lattice(const struct match_input *input, const struct match_ou
     return count;
 }
 
-int refine_measure_vertical(const struct match_input *input, const struct match_output *output,
-                            struct arena *arena, struct triangulate_vertical *vertical) {
+int row_residual_measure(const struct match_input *input, const struct match_output *output,
+                         struct arena *arena, struct triangulate_vertical *vertical) {
     const int width = input->left.width;
     const int height = input->left.height;
     const size_t mark = arena_mark(arena);
@@ -375,7 +376,7 @@ int refine_measure_vertical(const struct match_input *input, const struct match_
     return ERROR_OK;
 }
 
-size_t refine_vertical_need_bytes(void) {
+size_t row_residual_need_bytes(void) {
     return arena_need_bytes(SAMPLES_MAX, sizeof(struct sample)) +
            arena_need_bytes(SAMPLES_MAX, sizeof(float));
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sub-pixel refinement, its predicted sigma, and the residual vertical disparity, on synthetic
 // pairs with exact ground truth.
-#include "stereo/refine.h"
+#include "stereo/row_residual.h"
+#include "stereo/subpixel.h"
 
 #include <doctest/doctest.h>
 
@@ -39,11 +40,11 @@ Refined refine(Matched matched, const parallel *parallel = &parallel_serial,
     m.bind();
     result.sigma_q8.assign(m.reason.size(), 12345);
     image_u16 sigma = {result.sigma_q8.data(), m.width, m.height, m.width};
-    result.need_bytes = refine_need_bytes(m.width, m.height, parallel->threads);
+    result.need_bytes = subpixel_need_bytes(m.width, m.height, parallel->threads);
     const Memory memory(memory_bytes > 0 ? memory_bytes : result.need_bytes);
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
-    result.status = refine_disparities(&m.input, parallel, &arena, &m.output, &sigma);
+    result.status = subpixel_fit(&m.input, parallel, &arena, &m.output, &sigma);
     result.peak_bytes = arena.peak_bytes;
     return result;
 }
@@ -80,11 +81,11 @@ Comparison compare_clear(const Matched &matched, const Pair &pair) {
 }
 
 triangulate_vertical measure_vertical(const Matched &matched, int *status = nullptr) {
-    const Memory memory(refine_vertical_need_bytes());
+    const Memory memory(row_residual_need_bytes());
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
     triangulate_vertical vertical{};
-    const int code = refine_measure_vertical(&matched.input, &matched.output, &arena, &vertical);
+    const int code = row_residual_measure(&matched.input, &matched.output, &arena, &vertical);
     CHECK(arena.peak_bytes <= memory.size());
     if (status != nullptr) {
         *status = code;
@@ -317,6 +318,5 @@ TEST_CASE("too little memory is refused by both") {
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
     triangulate_vertical vertical{};
-    CHECK(refine_measure_vertical(&matched.input, &matched.output, &arena, &vertical) ==
-          ERROR_MEMORY);
+    CHECK(row_residual_measure(&matched.input, &matched.output, &arena, &vertical) == ERROR_MEMORY);
 }

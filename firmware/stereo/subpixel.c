@@ -8,7 +8,7 @@
 // noise of the residuals, how much the fitted neighbours disagree, how many of them are missing or
 // on another surface (the window then compares that one too), and what no window shows. The shares
 // were chosen on the recorded pairs and rendered views of tools/bench stereo.
-#include "stereo/refine.h"
+#include "stereo/subpixel.h"
 
 #include <stdbool.h>
 #include <string.h>
@@ -372,7 +372,7 @@ static void fit_part(void *context_pointer, int index) {
     }
 }
 
-size_t refine_need_bytes(int width, int height, int threads) {
+size_t subpixel_need_bytes(int width, int height, int threads) {
     const size_t pixels = (size_t)width * (size_t)height;
     return arena_need_bytes(pixels, sizeof(int32_t)) +
            arena_need_bytes((size_t)threads * (WINDOW_ROWS + 1) * (size_t)width,
@@ -381,9 +381,8 @@ size_t refine_need_bytes(int width, int height, int threads) {
                             sizeof(int32_t));
 }
 
-int refine_disparities(const struct match_input *input, const struct parallel *parallel,
-                       struct arena *arena, struct match_output *output,
-                       struct image_u16 *sigma_q8) {
+int subpixel_fit(const struct match_input *input, const struct parallel *parallel,
+                 struct arena *arena, struct match_output *output, struct image_u16 *sigma_q8) {
     INVARIANT(parallel->threads >= 1);
     const size_t mark = arena_mark(arena);
     struct work work = {.input = input,
