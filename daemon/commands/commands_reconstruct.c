@@ -240,8 +240,8 @@ static void reply_figures(const struct surface *self) {
     if (context->self_calibrated) {
         reply_number(call, "corrected_by", context->self_calibration.used, 0, NULL);
         reply_text(call, "health", adjust_health_text(context->self_calibration.health));
-        if (context->bracket_pair > 0) {
-            reply_text(call, "with_pair", context->bracketed ? "pan stood still" : "not used");
+        if (context->with_pair > 0) {
+            reply_text(call, "with_pair", context->with_pair_used ? "pan stood still" : "not used");
         }
         reply_number(call, "rows_refined", context->self_calibration.rows_px, 3, "px");
         commands_calibration_adjusted(call, &context->self_calibration);

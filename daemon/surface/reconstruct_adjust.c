@@ -51,9 +51,9 @@ static size_t need_bytes(const struct reconstruct_adjust_pair *pairs, int count)
             const size_t developing =
                 arena_need_bytes(width * STRIP_ROWS, 3) + develop_need_bytes(raw->width_px, 16, 1);
             const size_t refining =
-                count > 1 ? adjustment_need_bytes(2) +
-                                zoom_bracket_need_bytes(raw->width_px, raw->height_px)
-                          : adjust_calibration_need_bytes(raw->width_px, raw->height_px);
+                count > 1
+                    ? adjustment_need_bytes(2) + wide_pair_need_bytes(raw->width_px, raw->height_px)
+                    : adjust_calibration_need_bytes(raw->width_px, raw->height_px);
             bytes += arena_need_bytes(width * height, 1);
             most = larger(most, larger(developing, refining));
         }
@@ -85,10 +85,10 @@ static int make_picture(const struct reconstruct_adjust_pair *from, const double
 }
 
 /// Refines `picture[0]` with the help of `picture[1]`, of the same scene at another zoom.
-static int adjust_bracket(const struct zoom_calibration *zoom,
-                          const struct adjust_picture picture[2], struct arena *arena,
-                          struct calibration *calibration, struct reconstruct_context *context,
-                          struct calibration_fault *fault) {
+static int adjust_by_wide_pair(const struct zoom_calibration *zoom,
+                               const struct adjust_picture picture[2], struct arena *arena,
+                               struct calibration *calibration, struct reconstruct_context *context,
+                               struct calibration_fault *fault) {
     struct adjust_picture by_zoom[2];  // the wider first
     struct zoom_state states[2];
     struct zoom_pair at[2];
@@ -108,10 +108,10 @@ static int adjust_bracket(const struct zoom_calibration *zoom,
     struct adjustment adjustment;
     int error = adjustment_begin(zoom, states, 2, arena, &adjustment);
     if (error == ERROR_OK) {
-        error = zoom_bracket(by_zoom, arena, &adjustment, &context->bracket);
+        error = wide_pair_adjust(by_zoom, arena, &adjustment, &context->wide_pair);
     }
     if (error == ERROR_OK) {
-        context->self_calibration = context->bracket.pair[first];
+        context->self_calibration = context->wide_pair.pair[first];
         error = adjust_conclude(zoom, &by_zoom[first], &adjustment, &context->self_calibration,
                                 calibration, fault);
     }
@@ -132,12 +132,12 @@ static int adjust(const struct zoom_calibration *zoom, const struct reconstruct_
     const size_t mark = arena_mark(arena);
     int error = ERROR_OK;
     if (count > 1) {
-        error = adjust_bracket(zoom, picture, arena, calibration, context, fault);
-        context->bracketed = error == ERROR_OK && !zoom_bracket_turned(&context->bracket) &&
-                             context->bracket.carried > 0;
+        error = adjust_by_wide_pair(zoom, picture, arena, calibration, context, fault);
+        context->with_pair_used = error == ERROR_OK && !wide_pair_turned(&context->wide_pair) &&
+                                  context->wide_pair.carried > 0;
         arena_release(arena, mark);
     }
-    return error == ERROR_OK && !context->bracketed
+    return error == ERROR_OK && !context->with_pair_used
                ? adjust_calibration(zoom, picture, arena, calibration, &context->self_calibration,
                                     fault)
                : error;
@@ -152,7 +152,7 @@ int reconstruct_adjust(const struct zoom_calibration *zoom,
     void *memory = malloc(bytes);
     struct arena arena;
     arena_init(&arena, memory, memory == NULL ? 0 : bytes);
-    context->bracket_pair = count > 1 ? pairs[1].pair->number : 0;
+    context->with_pair = count > 1 ? pairs[1].pair->number : 0;
     const int error = adjust(zoom, pairs, count, depth_mm, &arena, calibration, context, &fault);
     free(memory);
     return error == ERROR_OK ? ERROR_OK
@@ -160,30 +160,30 @@ int reconstruct_adjust(const struct zoom_calibration *zoom,
                                                       &fault, message);
 }
 
-/// Warns of a bracket that could not be used.
-static void doubt_bracket(struct reconstruct_context *context) {
-    const struct bracket_report *bracket = &context->bracket;
-    if (bracket->carried == 0) {
+/// Warns of a second pair that could not be used.
+static void doubt_wide_pair(struct reconstruct_context *context) {
+    const struct wide_pair_report *wide_pair = &context->wide_pair;
+    if (wide_pair->carried == 0) {
         reconstruct_context_warn(context,
                                  "pair %u cannot help this one: their pictures cannot be "
                                  "compared (the same scene is needed, zoomed by 1.3 or more)",
-                                 (unsigned)context->bracket_pair);
+                                 (unsigned)context->with_pair);
         return;
     }
-    const int side = fabs(bracket->turn_rad[1] / bracket->turn_sigma_rad[1]) >
-                     fabs(bracket->turn_rad[0] / bracket->turn_sigma_rad[0]);
+    const int side = fabs(wide_pair->turn_rad[1] / wide_pair->turn_sigma_rad[1]) >
+                     fabs(wide_pair->turn_rad[0] / wide_pair->turn_sigma_rad[0]);
     reconstruct_context_warn(context,
                              "the %s camera turned by %.3f degrees between this pair and pair %u, "
                              "which does not help: take it again with pan untouched",
                              rig_side_names[side],
-                             fabs(bracket->turn_rad[side]) * MATH_DEGREE_PER_RAD,
-                             (unsigned)context->bracket_pair);
+                             fabs(wide_pair->turn_rad[side]) * MATH_DEGREE_PER_RAD,
+                             (unsigned)context->with_pair);
 }
 
 void reconstruct_adjust_doubt(struct reconstruct_context *context) {
     const struct adjust_report *report = &context->self_calibration;
-    if (context->bracket_pair > 0 && !context->bracketed) {
-        doubt_bracket(context);
+    if (context->with_pair > 0 && !context->with_pair_used) {
+        doubt_wide_pair(context);
     }
     if (adjust_pair_is_lost(report)) {
         reconstruct_context_warn(context,

@@ -19,7 +19,7 @@ struct reconstruct_adjust_pair {
 };
 
 /// Refines the first of `count` pairs; the second, if there is one, is of the same scene at another
-/// zoom, with pan untouched (a bracket). `depth_mm`: nearest and farthest depth of the scene; 0 0:
+/// zoom, with pan untouched. `depth_mm`: nearest and farthest depth of the scene; 0 0:
 /// not known. Returns 0 with the calibration of the frames as they are and the reports in
 /// `context`, or an error with `message` set.
 int reconstruct_adjust(const struct zoom_calibration *zoom,

@@ -24,7 +24,7 @@ const struct command_argument reconstruct_arguments[] = {
     {.name = "pair", .kind = COMMAND_INTEGER, .offset = FIELD(pair), .value_name = "N",
      .min = 1, .max = 1000000,
      .help = "Number of the pair in the session, from 1. Default: the last."},
-    {.name = "with-pair", .kind = COMMAND_INTEGER, .offset = FIELD(bracket), .value_name = "N",
+    {.name = "with-pair", .kind = COMMAND_INTEGER, .offset = FIELD(with_pair), .value_name = "N",
      .min = 1, .max = 1000000,
      .help = "Pair N of the session, before or after zooming with pan and scene untouched, helps to find where the "
              "cameras are: what a wide pair shows of pan holds for a tele pair, which hardly shows it. Requires a "
@@ -187,7 +187,7 @@ static const char *check_images(const struct reconstruct_request *request) {
     if (request->session_path == NULL && request->pair != 0) {
         return "--pair requires a recorded session";
     }
-    if (request->session_path == NULL && request->bracket != 0) {
+    if (request->session_path == NULL && request->with_pair != 0) {
         return "--with-pair requires a recorded session";
     }
     if (request->session_path != NULL &&

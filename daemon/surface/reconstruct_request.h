@@ -15,7 +15,7 @@ struct reconstruct_request {
     const char *left_path, *right_path;
     const char *session_path;  // a session directory instead; NULL: not given
     int pair;                  // of the session, from 1; 0: not given
-    int bracket;               // pair at another zoom; 0: not given
+    int with_pair;             // pair at another zoom; 0: not given
     const char *calibration_path, *out_path;
     double depth_mm[2];  // near, far; 0 0: not given
     int disparity[2];    // minimum, count; count 0: not given

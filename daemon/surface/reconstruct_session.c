@@ -214,15 +214,16 @@ static int find_zoom(struct reconstruct_session *self, const struct reconstruct_
     return error;
 }
 
-/// Rejects a bracket whose servos were set in between.
-static int check_bracket(const struct reconstruct_session *self, struct message *message) {
+/// Rejects a second pair whose servos were set in between.
+static int check_with_pair(const struct reconstruct_session *self, struct message *message) {
     for (int side = 0; side < RIG_SIDES; side++) {
-        if (self->pair.pair.frame[side].before.pan_q4 != self->bracket.frame[side].before.pan_q4) {
+        if (self->pair.pair.frame[side].before.pan_q4 !=
+            self->with_pair.frame[side].before.pan_q4) {
             return message_set(message, ERROR_MISMATCH,
                                "%s: %s pan moved between pairs %u and %u: with-pair needs it "
                                "untouched",
                                self->path, rig_side_names[side], (unsigned)self->pair.pair.number,
-                               (unsigned)self->bracket.number);
+                               (unsigned)self->with_pair.number);
         }
     }
     return ERROR_OK;
@@ -231,7 +232,7 @@ static int check_bracket(const struct reconstruct_session *self, struct message 
 /// Sets where the motors were. An error names the axis that is unknown or outside its range.
 static int find_states(struct reconstruct_session *self, struct reconstruct_adjust_pair *pairs,
                        int count, struct message *message) {
-    int error = count > 1 ? check_bracket(self, message) : ERROR_OK;
+    int error = count > 1 ? check_with_pair(self, message) : ERROR_OK;
     for (int i = 0; i < count && error == ERROR_OK; i++) {
         struct calibration_match_state axes;
         calibration_match_pair(self->pair.profile,
@@ -249,8 +250,8 @@ static int find_states(struct reconstruct_session *self, struct reconstruct_adju
 static int adjust(struct reconstruct_session *self, const struct reconstruct_request *request,
                   struct reconstruct_context *context, struct message *message) {
     struct reconstruct_adjust_pair pairs[2] = {{.pair = &self->pair.pair},
-                                               {.pair = &self->bracket}};
-    const int count = request->bracket > 0 ? 2 : 1;
+                                               {.pair = &self->with_pair}};
+    const int count = request->with_pair > 0 ? 2 : 1;
     int error = find_zoom(self, request, message);
     if (error == ERROR_OK && self->zoom == NULL && count > 1) {
         error = message_set(
@@ -306,14 +307,14 @@ static int fit_calibration(struct reconstruct_session *self,
                              : reconstruct_inputs_fit(inputs, self->calibration_name, message);
 }
 
-/// Makes the pair's images and a calibration the inputs; frees `zoom` and the bracket.
+/// Makes the pair's images and a calibration the inputs; frees `zoom` and the second pair.
 static int use_pair(struct reconstruct_session *self, const struct reconstruct_request *request,
                     struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                     struct message *message) {
     struct image_file *const files[RIG_SIDES] = {&inputs->left, &inputs->right};
     const struct image_request image_request = {.scale = request->scale};
     int error = adjust(self, request, context, message);
-    pair_release(self->bracket.frame);
+    pair_release(self->with_pair.frame);
     for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         files[side]->path = self->name[side];
         files[side]->request = &image_request;
@@ -406,23 +407,23 @@ static int read_pair(struct reconstruct_session *self, struct session_reader *re
 }
 
 /// Finds the pair at another zoom and reads its images.
-static int read_bracket(struct reconstruct_session *self, struct session_reader *reader,
-                        struct session_pairs *pairs, const struct reconstruct_request *request,
-                        struct reconstruct_context *context, struct message *message) {
+static int read_with_pair(struct reconstruct_session *self, struct session_reader *reader,
+                          struct session_pairs *pairs, const struct reconstruct_request *request,
+                          struct reconstruct_context *context, struct message *message) {
     (void)context;
     char unused[RIG_SIDES][RECONSTRUCT_SESSION_NAME_BYTES];
-    if ((uint32_t)request->bracket == self->pair.pair.number) {
+    if ((uint32_t)request->with_pair == self->pair.pair.number) {
         return message_set(
             message, ERROR_ARGUMENT,
             "%s: pair %d cannot help itself (with-pair needs a pair at another zoom)", self->path,
-            request->bracket);
+            request->with_pair);
     }
-    const int error = session_pairs_find(pairs, reader, (uint32_t)request->bracket, message);
+    const int error = session_pairs_find(pairs, reader, (uint32_t)request->with_pair, message);
     return error != ERROR_OK ? error
-                             : load_images(self, reader, pairs, &self->bracket, unused, message);
+                             : load_images(self, reader, pairs, &self->with_pair, unused, message);
 }
 
-/// Reads the pair, or its bracket.
+/// Reads the pair, or the one at another zoom.
 typedef int read_function(struct reconstruct_session *self, struct session_reader *reader,
                           struct session_pairs *pairs, const struct reconstruct_request *request,
                           struct reconstruct_context *context, struct message *message);
@@ -461,7 +462,7 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     struct reconstruct_session *self = session;
     memset(inputs, 0, sizeof *inputs);
     memset(&self->pair, 0, sizeof self->pair);
-    memset(&self->bracket, 0, sizeof self->bracket);
+    memset(&self->with_pair, 0, sizeof self->with_pair);
     self->zoom = NULL;
     self->own = self->cut = self->adjusted = false;
     int error = ERROR_OK;
@@ -470,8 +471,8 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     } else {
         error = read_session(self, request, read_pair, context, message);
     }
-    if (error == ERROR_OK && request->bracket > 0) {
-        error = read_session(self, request, read_bracket, context, message);
+    if (error == ERROR_OK && request->with_pair > 0) {
+        error = read_session(self, request, read_with_pair, context, message);
     }
     if (error == ERROR_OK) {
         set_label(self);
@@ -482,7 +483,7 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     }
     if (error != ERROR_OK) {
         pair_release(self->pair.pair.frame);
-        pair_release(self->bracket.frame);
+        pair_release(self->with_pair.frame);
         reconstruct_inputs_free(inputs);
         return error;
     }

@@ -36,13 +36,13 @@ struct reconstruct_session {
     int stored_error;  // error of reading the saved one; 0: none is saved
 
     // After a read:
-    bool own;      // the calibration is the session's own
-    bool cut;      // cut to the part of the sensor that the frames show
+    bool own;       // the calibration is the session's own
+    bool cut;       // cut to the part of the sensor that the frames show
     bool adjusted;  // `calibration` was corrected by what the frames show
     struct calibration calibration;
     // Only during a read:
     struct zoom_calibration *zoom;  // where the calibration comes from; NULL: none
-    struct pair bracket;            // the pair at another zoom
+    struct pair with_pair;          // the pair at another zoom
 
     struct captured_pair pair;                   // what was read; the images went to the inputs
     char label[RECONSTRUCT_SESSION_NAME_BYTES];  // the session's name in results, without

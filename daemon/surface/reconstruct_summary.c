@@ -55,11 +55,11 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
                 report->used, report->rows_before_px, report->rows_px,
                 adjust_health_text(report->health));
     }
-    if (context->bracketed) {
-        const struct bracket_report *bracket = &context->bracket;
+    if (context->with_pair_used) {
+        const struct wide_pair_report *wide_pair = &context->wide_pair;
         fprintf(stream, "with pair   pair %u: pan stood still, within %.4f and %.4f degrees\n",
-                (unsigned)context->bracket_pair, bracket->turn_sigma_rad[0] * MATH_DEGREE_PER_RAD,
-                bracket->turn_sigma_rad[1] * MATH_DEGREE_PER_RAD);
+                (unsigned)context->with_pair, wide_pair->turn_sigma_rad[0] * MATH_DEGREE_PER_RAD,
+                wide_pair->turn_sigma_rad[1] * MATH_DEGREE_PER_RAD);
     }
     const double common_mm = context->depth_sigma_common_mm;
     if (common_mm >= 0) {

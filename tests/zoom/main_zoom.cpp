@@ -122,9 +122,9 @@ void try_board(const zoom_calibration &calibration, const Moment &moment, const 
 }
 
 // Row 5: the pair before and after zooming, pan untouched.
-void try_bracket(const zoom_calibration &calibration, const Moment &wide, const Moment &narrow,
-                 const Focal focals[kPlaces], simrig::Noise &noise, Result &at_wide,
-                 Result &at_narrow) {
+void try_wide_pair(const zoom_calibration &calibration, const Moment &wide, const Moment &narrow,
+                   const Focal focals[kPlaces], simrig::Noise &noise, Result &at_wide,
+                   Result &at_narrow) {
     Memory memory(adjustment_need_bytes(2));
     adjustment adjustment = begin(calibration, {wide.state, narrow.state}, memory);
     std::vector<adjust_track> tracks = tracks_of({&wide, &narrow}, 0, kFarMatchPx, 100, noise);
@@ -164,7 +164,7 @@ struct Figures {
     Result pair[kPlaces], board[kPlaces], wide, narrow;
     Limits limits[kPlaces];
     Rendered frames[kPlaces];
-    RenderedBracket bracket;
+    RenderedWidePair wide_pair;
     int captures = 0, alarms = 0, failed = 0;
 };
 
@@ -209,7 +209,8 @@ void try_moves(const std::string &name, const zoom_calibration &calibration, uin
                      figures.limits[i]);
             try_board(calibration, at[i], figures.focals[i], noise, figures.board[i]);
         }
-        try_bracket(calibration, at[0], at[2], figures.focals, noise, figures.wide, figures.narrow);
+        try_wide_pair(calibration, at[0], at[2], figures.focals, noise, figures.wide,
+                      figures.narrow);
     }
 }
 
@@ -251,7 +252,7 @@ void study(const std::string &name, uint64_t seed, int runs, int rendered, Figur
             pair[i] = render_pair(used, noise);
             try_rendered(calibration, pair[i], noise, figures.frames[i]);
         }
-        try_rendered_bracket(calibration, pair[0], pair[2], noise, figures.bracket);
+        try_rendered_wide_pair(calibration, pair[0], pair[2], noise, figures.wide_pair);
     }
 }
 
@@ -272,8 +273,8 @@ void print(const std::string &name, const Figures &figures) {
     for (int i = 0; i < kPlaces; i++) {
         print((std::string("pair, ") + figures.focals[i].name).c_str(), figures.pair[i]);
     }
-    print("bracket 1x and 10x, at 1x", figures.wide);
-    print("bracket 1x and 10x, at 10x", figures.narrow);
+    print("pairs at 1x and 10x, at 1x", figures.wide);
+    print("pairs at 1x and 10x, at 10x", figures.narrow);
     for (int i = 0; i < kPlaces; i++) {
         print((std::string("board in view, ") + figures.focals[i].name).c_str(), figures.board[i]);
     }
@@ -302,14 +303,14 @@ void print(const std::string &name, const Figures &figures) {
                       1000 * r.seconds.quantile(0.5));
         print(what, r.frames);
     }
-    if (figures.bracket.wide.trials > 0) {
-        const RenderedBracket &r = figures.bracket;
+    if (figures.wide_pair.wide.trials > 0) {
+        const RenderedWidePair &r = figures.wide_pair;
         char what[120];
-        std::snprintf(what, sizeof what, "bracket, at 1x | %.0f carried | %.3f px | %.0f ms",
+        std::snprintf(what, sizeof what, "two pairs, at 1x | %.0f carried | %.3f px | %.0f ms",
                       r.carried.quantile(0.5), r.carried_px.quantile(0.5),
                       1000 * r.seconds.quantile(0.5));
         print(what, r.wide);
-        print("bracket, at 10x | | |", r.narrow);
+        print("two pairs, at 10x | | |", r.narrow);
     }
     std::fflush(stdout);
 }

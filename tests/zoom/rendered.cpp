@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "stereo/zoom/zoom_bracket.h"
+#include "stereo/zoom/wide_pair.h"
 #include "tests/zoom/rendered_board.hpp"
 #include "tools/simrig/render/frame.hpp"
 
@@ -81,7 +81,7 @@ void try_rendered(const zoom_calibration &calibration, RenderedPair &pair, simri
     adjust_report report;
     const double begin_s = cpu_s();
     if (adjust_pair(&picture, &memory.pool, &adjustment, &report) != 0) {
-        throw std::runtime_error("a pair cannot be refined");
+        throw std::runtime_error("a pair cannot be adjusted");
     }
     const double seconds = cpu_s() - begin_s;
     Memory again(adjustment_need_bytes(1) + adjust_pair_need_bytes(kWidth, kHeight));
@@ -94,15 +94,15 @@ void try_rendered(const zoom_calibration &calibration, RenderedPair &pair, simri
     judge(pair.moment, adjustment, 0, noise, report.health == ADJUST_CALIBRATE, result.frames);
 }
 
-void try_rendered_bracket(const zoom_calibration &calibration, RenderedPair &wide,
-                          RenderedPair &narrow, simrig::Noise &noise, RenderedBracket &result) {
+void try_rendered_wide_pair(const zoom_calibration &calibration, RenderedPair &wide,
+                            RenderedPair &narrow, simrig::Noise &noise, RenderedWidePair &result) {
     const adjust_picture pictures[2] = {picture_of(wide, 0), picture_of(narrow, 1)};
-    Memory memory(adjustment_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
+    Memory memory(adjustment_need_bytes(2) + wide_pair_need_bytes(kWidth, kHeight));
     adjustment adjustment = begin(calibration, {wide.moment.state, narrow.moment.state}, memory);
-    bracket_report report;
+    wide_pair_report report;
     const double begin_s = cpu_s();
-    if (zoom_bracket(pictures, &memory.pool, &adjustment, &report) != 0) {
-        throw std::runtime_error("a bracket cannot be refined");
+    if (wide_pair_adjust(pictures, &memory.pool, &adjustment, &report) != 0) {
+        throw std::runtime_error("two pairs cannot be adjusted");
     }
     result.seconds.add(cpu_s() - begin_s);
     result.carried.add(report.carried);

@@ -12,7 +12,7 @@ struct Rendered {
     Sample matches, used, noise_px, seconds, refining_seconds;
 };
 
-struct RenderedBracket {
+struct RenderedWidePair {
     Result wide, narrow;
     Sample carried, carried_px, seconds;
 };
@@ -28,8 +28,8 @@ RenderedPair render_pair(StudyRig &rig, simrig::Noise &noise);
 void try_rendered(const zoom_calibration &calibration, RenderedPair &pair, simrig::Noise &noise,
                   Rendered &result);
 /// The same with pairs before and after zooming.
-void try_rendered_bracket(const zoom_calibration &calibration, RenderedPair &wide,
-                          RenderedPair &narrow, simrig::Noise &noise, RenderedBracket &result);
+void try_rendered_wide_pair(const zoom_calibration &calibration, RenderedPair &wide,
+                            RenderedPair &narrow, simrig::Noise &noise, RenderedWidePair &result);
 
 }  // namespace zoom_study
 

@@ -14,7 +14,7 @@
 #include "daemon/surface/result/result_figures.h"
 #include "stereo/image/picture_stats.h"
 #include "stereo/reconstruct.h"
-#include "stereo/zoom/zoom_bracket.h"
+#include "stereo/zoom/wide_pair.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,9 +72,9 @@ struct reconstruct_context {
     /// The calibration was corrected by what the pair shows; `self_calibration` describes how far.
     bool self_calibrated;
     struct adjust_report self_calibration;
-    uint32_t bracket_pair;  // of the session, to help with it; 0: none
-    bool bracketed;         // it did
-    struct bracket_report bracket;
+    uint32_t with_pair;   // of the session, to help with it; 0: none
+    bool with_pair_used;  // it did
+    struct wide_pair_report wide_pair;
 
     /// Standard deviation that all depths share, at the median depth: see
     /// calibration_match_sigma_mm. Negative: unknown.

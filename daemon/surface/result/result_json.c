@@ -186,19 +186,19 @@ static void print_self_calibration(const struct reconstruct_context *context, st
     json_real(json, "vergence_sigma_deg", report->vergence_rad.after * MATH_DEGREE_PER_RAD, 6);
     json_real(json, "surprise", report->surprise, 6);
     json_text(json, "health", adjust_health_text(report->health));
-    if (context->bracket_pair == 0) {
+    if (context->with_pair == 0) {
         json_null(json, "with_pair");
     } else {
-        const struct bracket_report *bracket = &context->bracket;
+        const struct wide_pair_report *wide_pair = &context->wide_pair;
         json_open_object(json, "with_pair");
-        json_integer(json, "pair", context->bracket_pair);
-        json_bool(json, "used", context->bracketed);
-        json_integer(json, "points", bracket->carried);
-        json_real(json, "off_px", bracket->carried_px, 6);
+        json_integer(json, "pair", context->with_pair);
+        json_bool(json, "used", context->with_pair_used);
+        json_integer(json, "points", wide_pair->carried);
+        json_real(json, "off_px", wide_pair->carried_px, 6);
         double turn_deg[2], sigma_deg[2];
         for (int side = 0; side < 2; side++) {
-            turn_deg[side] = bracket->turn_rad[side] * MATH_DEGREE_PER_RAD;
-            sigma_deg[side] = bracket->turn_sigma_rad[side] * MATH_DEGREE_PER_RAD;
+            turn_deg[side] = wide_pair->turn_rad[side] * MATH_DEGREE_PER_RAD;
+            sigma_deg[side] = wide_pair->turn_sigma_rad[side] * MATH_DEGREE_PER_RAD;
         }
         json_reals(json, "turn_deg", turn_deg, 2, 6);
         json_reals(json, "turn_sigma_deg", sigma_deg, 2, 6);

@@ -111,7 +111,7 @@ static bool eliminate(double M[SAMPLE][SAMPLE + 1]) {
 
 // The parts that explain a sample of residuals with least surprise: A^T (A A^T + s^2)^-1 r.
 static bool solve_map(const struct matches *m, const int sample[SAMPLE],
-                    double parts[ADJUST_TERMS_MAX]) {
+                      double parts[ADJUST_TERMS_MAX]) {
     double M[SAMPLE][SAMPLE + 1];
     INVARIANT(m->count >= SAMPLE);
     for (int i = 0; i < SAMPLE; i++) {
@@ -440,7 +440,7 @@ int adjust_conclude(const struct zoom_calibration *calibration,
         // What remains unknown, at the depth of the scene: as an angle, beside the scale.
         adjusted.scale_sigma = calibration->scale_sigma;
         adjusted.yaw_sigma_rad = report->depth.after * calibration_baseline_mm(&adjusted) /
-                                (report->depth_mm * report->depth_mm);
+                                 (report->depth_mm * report->depth_mm);
         error = calibration_round(&adjusted);
     }
     if (error == ERROR_OK) {

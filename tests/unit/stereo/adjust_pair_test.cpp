@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "stereo/zoom/sparse_align.h"
-#include "stereo/zoom/zoom_bracket.h"
+#include "stereo/zoom/wide_pair.h"
 #include "synthetic/zoom_rig.hpp"
 
 namespace {
@@ -142,11 +142,11 @@ TEST_CASE("pictures before and after zooming show where the rings are") {
     at[1].picture.state = 1;
     const zoom_state axes[2] = {at[0].picture.axes, at[1].picture.axes};
     const adjust_picture pictures[2] = {at[0].picture, at[1].picture};
-    Memory memory(adjustment_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
+    Memory memory(adjustment_need_bytes(2) + wide_pair_need_bytes(kWidth, kHeight));
     adjustment adjustment;
-    bracket_report report;
+    wide_pair_report report;
     REQUIRE(adjustment_begin(rig.get(), axes, 2, &memory.pool, &adjustment) == ERROR_OK);
-    REQUIRE(zoom_bracket(pictures, &memory.pool, &adjustment, &report) == ERROR_OK);
+    REQUIRE(wide_pair_adjust(pictures, &memory.pool, &adjustment, &report) == ERROR_OK);
     CHECK(report.carried > 100);
     CHECK(report.carried_px < 0.4);
     for (int state = 0; state < 2; state++) {

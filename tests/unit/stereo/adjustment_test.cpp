@@ -400,7 +400,7 @@ TEST_CASE("a thing at infinity gives the depth, as well as predicted") {
     }
 }
 
-TEST_CASE("a zoom bracket shows where the rings are, and carries pan from wide to tele") {
+TEST_CASE("a wide and a tele pair show where the rings are, and carries pan from wide to tele") {
     Random random(synthetic::test_seed());
     const auto calibration = zoom_rig::calibration();
     const int draws = synthetic::rounds(30, 2);

@@ -100,8 +100,8 @@ std::string calibration_table(const reconstruct_context &context, const report_f
                     report_text_format("%.3g mm at %.0f mm; before %.3g mm", refined.depth.after,
                                        refined.depth_mm, refined.depth.before));
     }
-    if (context.bracketed) {
-        rows += row("second pair, pan stood still", "pair " + std::to_string(context.bracket_pair));
+    if (context.with_pair_used) {
+        rows += row("second pair, pan stood still", "pair " + std::to_string(context.with_pair));
     }
     const triangulate_vertical &vertical = context.result->vertical;
     if (vertical.samples > 0) {

@@ -120,10 +120,10 @@ report_verdict with_cameras(const reconstruct_context &context, report_verdict r
             return {"poor", "bad",
                     "The cameras are not where the calibration expects them: calibrate again."};
         case ADJUST_TOUCH_UP:
-            return {
-                "fair", "fair",
-                std::string("The pair does not show the depth well: correct it by a length") +
-                    (context.bracketed ? " or a board." : ", a board or a pair at another zoom.")};
+            return {"fair", "fair",
+                    std::string("The pair does not show the depth well: correct it by a length") +
+                        (context.with_pair_used ? " or a board."
+                                                : ", a board or a pair at another zoom.")};
         default:
             return rows;
     }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`vergence reconstruct` with a calibration of all zooms: rendered pairs of a rig whose servos and rings
 are not where they read, refined alone and by a pair at another zoom, against the same surface
-with the true cameras; and what cannot be refined, in one line each."""
+with the true cameras; and what cannot be adjusted, in one line each."""
 import json
 import os
 import pathlib
@@ -65,7 +65,7 @@ def changed(text, field, values):
     return (body + f"crc32 {zlib.crc32(body.encode()):08x}\n").encode()
 
 
-class ZoomRefine(unittest.TestCase):
+class ZoomAdjust(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="vergence-refine-"))

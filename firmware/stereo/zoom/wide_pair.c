@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/zoom/zoom_bracket.h"
+#include "stereo/zoom/wide_pair.h"
 
 #include <math.h>
 #include <string.h>
@@ -302,7 +302,7 @@ static double median_carried(const struct adjust_tracks *tracks) {
 
 // Fits all, then once more with the noise that the carried tracks show and without their outliers.
 static void fit(struct adjustment *adjustment, struct adjust_tracks *tracks,
-                struct bracket_report *report) {
+                struct wide_pair_report *report) {
     for (int round = 0; round < 3; round++) {
         (void)adjustment_solve(adjustment, tracks->track, tracks->count);
         report->carried_px = median_carried(tracks);
@@ -321,7 +321,7 @@ static void fit(struct adjustment *adjustment, struct adjust_tracks *tracks,
 
 static int compare(const struct adjust_picture picture[2], struct arena *arena,
                    struct adjustment *adjustment, struct adjust_tracks *tracks, int first,
-                   struct bracket_report *report) {
+                   struct wide_pair_report *report) {
     struct side_pictures side[2];
     bool found[2] = {false, false};
     struct placing p = {
@@ -348,11 +348,11 @@ static int compare(const struct adjust_picture picture[2], struct arena *arena,
     return ERROR_OK;
 }
 
-int zoom_bracket(const struct adjust_picture picture[2], struct arena *arena,
-                 struct adjustment *adjustment, struct bracket_report *report) {
+int wide_pair_adjust(const struct adjust_picture picture[2], struct arena *arena,
+                     struct adjustment *adjustment, struct wide_pair_report *report) {
     const size_t mark = arena_mark(arena);
     INVARIANT(picture[0].state == 0 && picture[1].state == 1 && adjustment->views == 4);
-    *report = (struct bracket_report){.turn_sigma_rad = {INFINITY, INFINITY}};
+    *report = (struct wide_pair_report){.turn_sigma_rad = {INFINITY, INFINITY}};
     struct adjust_tracks tracks = {arena_take(arena, 2 * SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
                                    2 * SPARSE_LEFT_MAX};
     int error = tracks.track == NULL ? ERROR_MEMORY : ERROR_OK;
@@ -371,7 +371,7 @@ int zoom_bracket(const struct adjust_picture picture[2], struct arena *arena,
     return error;
 }
 
-bool zoom_bracket_turned(const struct bracket_report *report) {
+bool wide_pair_turned(const struct wide_pair_report *report) {
     bool turned = false;
     for (int side = 0; side < 2; side++) {
         const double turn = fabs(report->turn_rad[side]);
@@ -380,7 +380,7 @@ bool zoom_bracket_turned(const struct bracket_report *report) {
     return turned;
 }
 
-size_t zoom_bracket_need_bytes(int width, int height) {
+size_t wide_pair_need_bytes(int width, int height) {
     const size_t small = (size_t)((double)width / ratio_min) * (size_t)((double)height / ratio_min);
     const size_t comparing = 2 * arena_need_bytes(small, 1) +
                              arena_need_bytes(CORNERS_MAX, sizeof(struct sparse_pair)) +
