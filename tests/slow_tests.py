@@ -7,7 +7,8 @@ the folders and files that each of them guards.
 
   --exclude         prints the regular expression for ctest -E that leaves them out
   --changed [BASE]  prints the tests that guard what differs from the commit BASE, with the working
-                    tree (default: where the branch left main, or the commit before)
+                    tree (default: where the branch left main; on main the last commit,
+                    or the one before if all is committed)
   --help            this text
 """
 import pathlib
@@ -55,13 +56,14 @@ def git(root, *words):
 
 
 def base_of(root):
-    """Where this branch left the main one; on the main one itself the commit before."""
+    """Where this branch left the main one; on the main one itself the last commit if something is not
+    committed, else the one before."""
     head = git(root, "rev-parse", "HEAD")
     for main in ("origin/HEAD", "origin/main", "main"):
         base = git(root, "merge-base", "HEAD", main)
         if base and base != head:
             return base[0]
-    return "HEAD~1"
+    return "HEAD" if git(root, "status", "--porcelain") else "HEAD~1"
 
 
 def changed(root, base):
