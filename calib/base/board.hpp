@@ -38,8 +38,9 @@ struct board_view {
     std::string rejection;  // why the view cannot be used, one line; "" when it can
     double clipped = 0;     // overexposed share of the white squares, 0..1
     /// The markers of a coded board are those of OpenCV before 4.6 for an even number of rows of
-    /// squares: the square at the top left is white. Corners have the same numbers.
+    /// squares: the square at the top left is white. Corners are numbered alike in both layouts.
     bool white_first = false;
+    bool layout_open = false;  // the markers seen fit both layouts: see coded_layout.hpp
 
     bool overexposed() const { return clipped > 0.5; }
 };

@@ -20,6 +20,8 @@ constexpr double highest_level = 30;      // mrcal shifts 1 by this many bits
 // No detector is outside this range; weights far outside it make the solution worthless.
 constexpr double smallest_sigma_px = 1e-6, largest_sigma_px = 1e3;
 const char overexposed_comment[] = "## overexposed white squares, and their share:";
+const char white_first_comment[] = "## layout of OpenCV before 4.6, white first:";
+const char layout_open_comment[] = "## layout not seen in this view:";
 const char sigma_comment[] = "## a corner of level 0 has a standard deviation of";
 
 bool can_be_named(const std::string &name) {
@@ -43,6 +45,12 @@ void write_view(std::ostream &out, const board &board, const cached_view &cached
     }
     if (cached.view.clipped > 0) {
         out << overexposed_comment << ' ' << cached.filename << ' ' << cached.view.clipped << '\n';
+    }
+    if (cached.view.white_first) {
+        out << white_first_comment << ' ' << cached.filename << '\n';
+    }
+    if (cached.view.layout_open) {
+        out << layout_open_comment << ' ' << cached.filename << '\n';
     }
     auto next = cached.view.corners.begin();
     for (int index = 0; index < board.corner_count(); index++) {
@@ -122,6 +130,10 @@ class reader {
             if (!number_of(share, &clipped_) || clipped_ < 0 || clipped_ > 1) {
                 return fail("the share is not a number from 0 to 1");
             }
+        } else if (begins(text, white_first_comment, &words)) {
+            words >> white_first_name_;
+        } else if (begins(text, layout_open_comment, &words)) {
+            words >> layout_open_name_;
         } else if (text.compare(0, 2, "##") != 0 && !legend_seen_) {
             legend_seen_ = true;
             return legend(text.substr(1));
@@ -167,6 +179,8 @@ class reader {
         }
         views_.push_back({name, {}});
         views_.back().view.clipped = name == clipped_name_ ? clipped_ : 0;
+        views_.back().view.white_first = name == white_first_name_;
+        views_.back().view.layout_open = name == layout_open_name_;
         lines_of_image_ = 0;
         return true;
     }
@@ -204,6 +218,7 @@ class reader {
     double sigma_px_ = foreign_sigma_px;
     std::string clipped_name_;  // the next view is overexposed
     double clipped_ = 0;
+    std::string white_first_name_, layout_open_name_;  // of the next view
     bool legend_seen_ = false, weights_ = false;
     std::vector<cached_view> views_;
 };

@@ -2,7 +2,10 @@
 #include "calib/detect/detect.hpp"
 
 #include <algorithm>
+#include <cstdlib>
+#include <utility>
 
+#include "calib/base/coded_layout.hpp"
 #include "calib/detect/detect_exposure.hpp"
 #include "calib/detect/detect_extent.hpp"
 #include "calib/detect/detect_order.hpp"
@@ -19,6 +22,7 @@ constexpr double square_on_levels_px = 8, smallest_square_px = 4.5;
 constexpr int shortest_side_px = 16;
 constexpr double min_share = 0.9;  // share of a plain board's corners that must be measured
 constexpr int fewest_coded_corners = 6;
+constexpr int fewest_corners_beyond = 2;  // of one layout, that exclude it
 
 struct search {
     const calib::board &board;
@@ -89,9 +93,39 @@ void merge(const board_view &part, board_view *whole) {
     }
 }
 
+struct coded_part {
+    const grid *found;
+    refined_grid corners;
+    board_place place;
+};
+
+// The view of all parts of a board. Where the markers fit both layouts, the right one has the
+// corners that were found within its ends.
+board_view joined(const board &board, std::vector<coded_part> parts) {
+    board_view view;
+    if (layouts_differ_by_column(board)) {
+        int lead = 0;  // of white first
+        for (coded_part &part : parts) {
+            lead += corners_beyond(board, *part.found, part.corners, part.place);
+            part.place.column--;
+            lead -= corners_beyond(board, *part.found, part.corners, part.place);
+        }
+        view.layout_open = std::abs(lead) < fewest_corners_beyond;
+        view.white_first = !view.layout_open && lead > 0;
+        for (coded_part &part : parts) {
+            part.place.column += view.white_first ? 0 : 1;
+        }
+    }
+    for (const coded_part &part : parts) {
+        merge(coded_view(board, *part.found, part.corners, part.place), &view);
+        view.white_first = view.white_first || part.place.white_first;
+    }
+    return view;
+}
+
 // What one level shows of a coded board: all parts with readable markers.
 void coded_parts(search *state, int level, const std::vector<grid> &grids) {
-    board_view view;
+    std::vector<coded_part> parts;
     for (const grid &found : grids) {
         near_miss miss = near_miss_of(state->levels[static_cast<size_t>(level)], found);
         refined_grid corners = as_found(level, found);
@@ -102,13 +136,13 @@ void coded_parts(search *state, int level, const std::vector<grid> &grids) {
         if (reading.placed && !miss.mirrored) {
             corners = refine(state->levels, level, found, state->clear_share());
             if (!too_blurred(corners.blur_px, corners.spacing_px)) {
-                merge(coded_view(state->board, found, corners, reading.place), &view);
-                view.white_first = reading.place.white_first;
+                parts.push_back({&found, std::move(corners), reading.place});
                 continue;
             }
         }
         state->remember(miss, level, found);
     }
+    const board_view view = joined(state->board, std::move(parts));
     if (view.corners.size() > state->best.corners.size()) {
         state->best = view;
     }

@@ -269,8 +269,7 @@ marker_reading read_markers(const board &board, const std::vector<plane> &levels
         return reading;
     }
     place_votes votes[2];  // by `white_first`
-    // With an odd number of squares in a row the layouts differ by a shift, which a part of the
-    // board cannot show.
+    // With an odd number of squares in a row the markers fit both: see coded_layout.hpp.
     const bool two_layouts = board.rows % 2 != 0 && board.columns % 2 != 0;
     for (const cell_code &cell : codes_in(board, *dictionary, levels, found, refined)) {
         reading.seen++;

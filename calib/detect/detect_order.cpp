@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/invariant.h"
+
 namespace calib::detect {
 
 namespace {
@@ -39,6 +41,25 @@ direction row_direction(const grid &found, const refined_grid &refined, int quar
         }
     }
     return sum;
+}
+
+// Calls `use` with each measured corner's column and row on the board, row by row.
+template <typename F>
+void for_corners_at(const grid &found, const refined_grid &refined, const board_place &place,
+                    const F &use) {
+    INVARIANT(place.quarters >= 0 && place.quarters < 4);
+    INVARIANT(refined.corners.size() == found.nodes.size());
+    const int columns = place.quarters % 2 == 0 ? found.columns : found.rows;
+    const int rows = place.quarters % 2 == 0 ? found.rows : found.columns;
+    for (int row = 0; row < rows; row++) {
+        for (int column = 0; column < columns; column++) {
+            const refined_corner &corner =
+                refined.corners[node_before(found, place.quarters, column, row)];
+            if (corner.found) {
+                use(column + place.column, row + place.row, corner);
+            }
+        }
+    }
 }
 
 }  // namespace
@@ -80,20 +101,23 @@ board_view plain_view(const board &board, const grid &found, const refined_grid 
 board_view coded_view(const board &board, const grid &found, const refined_grid &refined,
                       const board_place &place) {
     board_view view;
-    const int columns = place.quarters % 2 == 0 ? found.columns : found.rows;
-    const int rows = place.quarters % 2 == 0 ? found.rows : found.columns;
-    for (int row = 0; row < rows; row++) {
-        for (int column = 0; column < columns; column++) {
-            const int x = column + place.column, y = row + place.row;
-            const refined_corner &corner =
-                refined.corners[node_before(found, place.quarters, column, row)];
-            if (corner.found && x >= 0 && y >= 0 && x < board.columns && y < board.rows) {
-                view.corners.push_back(
-                    {y * board.columns + x, corner.x, corner.y, corner.sigma_px});
-            }
+    for_corners_at(found, refined, place, [&](int column, int row, const refined_corner &corner) {
+        if (column >= 0 && row >= 0 && column < board.columns && row < board.rows) {
+            view.corners.push_back(
+                {row * board.columns + column, corner.x, corner.y, corner.sigma_px});
         }
-    }
+    });
     return view;
+}
+
+int corners_beyond(const board &board, const grid &found, const refined_grid &refined,
+                   const board_place &place) {
+    int beyond = 0;
+    for_corners_at(found, refined, place, [&](int column, int row, const refined_corner &) {
+        const bool next_column = column == -1 || column == board.columns;
+        beyond += next_column && row >= 0 && row < board.rows;
+    });
+    return beyond;
 }
 
 }  // namespace calib::detect

@@ -18,6 +18,10 @@ board_view plain_view(const board &board, const grid &found, const refined_grid 
 board_view coded_view(const board &board, const grid &found, const refined_grid &refined,
                       const board_place &place);
 
+/// Corners of such a part that would lie just beyond the first or last column of the board's.
+int corners_beyond(const board &board, const grid &found, const refined_grid &refined,
+                   const board_place &place);
+
 }  // namespace calib::detect
 
 #endif

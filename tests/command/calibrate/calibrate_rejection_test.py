@@ -215,26 +215,47 @@ class Advice(Fixture):
         self.assert_refused(done, 3, "read backwards", "mirroring")
         self.assertNotIn("whole board", done.stderr)
 
-    def test_the_layout_of_a_coded_board_is_named(self):
-        """Before 4.6 OpenCV began an even number of rows with a white square."""
+    def old_layout(self, columns, rows):
+        """Squares as OpenCV before 4.6 drew them: an even number of rows began with white."""
         if not hasattr(getattr(cv2, "aruco", None), "drawMarker"):
             self.skipTest("no cv2.aruco")
         dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_50)
         side, marker = 25 * boards.TEXELS_A_MM, 18 * boards.TEXELS_A_MM
         edge = (side - marker) // 2
-        texture = numpy.zeros((6 * side, 10 * side), numpy.uint8)
-        white = [(y, x) for y in range(6) for x in range(10) if (x + y) % 2 == 0]
+        texture = numpy.zeros((rows * side, columns * side), numpy.uint8)
+        white = [(y, x) for y in range(rows) for x in range(columns) if (x + y) % 2 == 0]
         for number, (y, x) in enumerate(white):
             square = texture[y * side:(y + 1) * side, x * side:(x + 1) * side]
             square[:] = 230
             square[edge:edge + marker, edge:edge + marker] = numpy.minimum(
                 cv2.aruco.drawMarker(dictionary, number, marker), 230)
+        return texture
+
+    def run_coded(self, texture, columns, rows):
         texture = numpy.pad(texture, 60, constant_values=230)
         boards.write(self.pictures, boards.pairs(texture, boards.POSES))
-        done = self.run_on(board=["--board", "9x5", "--square", 25, "--charuco", "5x5_50",
-                                  "--marker", 18])
+        done = self.run_on(board=["--board", f"{columns - 1}x{rows - 1}", "--square", 25,
+                                  "--charuco", "5x5_50", "--marker", 18])
         self.assert_good(done)
-        self.assertIn("layout of OpenCV before 4.6", done.stderr)
+        return done.stderr
+
+    def test_the_layout_of_a_coded_board_is_named(self):
+        self.assertIn("layout of OpenCV before 4.6",
+                      self.run_coded(self.old_layout(10, 6), 10, 6))
+
+    def test_the_layout_of_a_coded_board_with_an_odd_number_of_squares_in_a_row(self):
+        texture = self.old_layout(9, 6)
+        said = self.run_coded(texture, 9, 6)
+        self.assertIn("its top left square is white (20 pictures)", said)
+        corners = (self.out / "corners.vnl").read_text().splitlines()
+        self.assertNotIn("left01.png - - -", corners)
+        # Where the squares at both ends are covered, nothing decides.
+        shutil.rmtree(self.out)
+        covered = 13 * texture.shape[1] // 90
+        texture[:, :covered] = texture[:, -covered:] = 128
+        said = self.run_coded(texture, 9, 6)
+        self.assertIn("no picture shows whether the coded board has the layout", said)
+        self.assertNotIn("top left", said)
 
     def test_formats_that_are_not_read(self):
         boards.write(self.pictures, [(a, None) for a, _ in self.made[:2]], left="left{:02d}.bmp")

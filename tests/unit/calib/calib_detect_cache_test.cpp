@@ -27,6 +27,7 @@ std::vector<calib::cached_view> some_views() {
         }
     }
     part.view.clipped = 0.83;
+    part.view.white_first = part.view.layout_open = true;
     none.view.rejection = "no board found";
     return {whole, part, none};
 }
@@ -67,6 +68,8 @@ TEST_CASE("a cache is read back as it was written") {
     for (size_t i = 0; i < views.size(); i++) {
         CHECK(back[i].filename == views[i].filename);
         CHECK(back[i].view.clipped == doctest::Approx(views[i].view.clipped).epsilon(1e-6));
+        CHECK(back[i].view.white_first == views[i].view.white_first);
+        CHECK(back[i].view.layout_open == views[i].view.layout_open);
         CHECK(back[i].view.rejection.empty() == views[i].view.rejection.empty());
         REQUIRE(back[i].view.corners.size() == views[i].view.corners.size());
         for (size_t k = 0; k < views[i].view.corners.size(); k++) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "calib/base/coded_layout.hpp"
 #include "calib/base/marker.hpp"
 #include "calib/detect/detect.hpp"
 #include "synthetic/board_cases.hpp"
@@ -149,6 +150,50 @@ TEST_CASE("the layout of OpenCV before 4.6 is recognized, whole and in part") {
                 errors.add(image, view);
                 CHECK(errors.worst_px() < 0.2);
             }
+        }
+    }
+}
+
+// With an odd number of squares in a row the layouts differ by one column only.
+TEST_CASE("all views together decide the layout that a part of the board cannot show") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    Random random(seed);
+    for (const bool white_first : {false, true}) {
+        CAPTURE(white_first);
+        const calib::board board =
+            white_first ? coded_board(8, 5, "4x4_50") : coded_board(6, 7, "4x4_50");
+        std::vector<BoardImage> images;
+        std::vector<calib::board_view> views;
+        // The whole board, its middle, and its two ends.
+        for (const auto &[share, shift] :
+             {std::pair{0.75, 0.0}, {1.6, 0.0}, {0.8, -0.35}, {0.8, 0.35}}) {
+            const Camera camera = lens_of(480, 360, random);
+            BoardHold hold;
+            hold.width_share = share;
+            hold.shift_x = shift;
+            BoardLight light;
+            light.white_first = white_first;
+            light.seed = random.bits();
+            images.push_back(photograph(board, camera, hold_board(board, camera, hold), light));
+            views.push_back(calib::detect_board(board, images.back().view(), {}));
+            CHECK(views.back().rejection == "");
+        }
+        CHECK(views[0].corners.size() == size_t(board.corner_count()));
+        CHECK(views[0].white_first == white_first);
+        CHECK_FALSE(views[0].layout_open);
+        CHECK(views[1].layout_open);
+        calib::board_view middle = views[1];
+        calib::settle_layouts(board, {&middle});
+        CHECK(middle.layout_open);
+        CHECK_FALSE(middle.white_first);
+        calib::settle_layouts(board, {&views[0], &views[1], &views[2], &views[3]});
+        for (size_t i = 0; i < views.size(); i++) {
+            CAPTURE(i);
+            CHECK(views[i].white_first == white_first);
+            Errors errors;
+            errors.add(images[i], views[i]);
+            CHECK(errors.worst_px() < 0.3);
         }
     }
 }

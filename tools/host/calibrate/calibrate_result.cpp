@@ -236,17 +236,25 @@ std::vector<std::string> calibrate_result_overexposed(const calibrate_result &re
 }
 
 std::string calibrate_result_layout(const calibrate_result &result) {
-    int white_first = 0;
+    int white_first = 0, boards = 0, open = 0;
     for (const calib::capture &capture : result.views->seen.captures) {
         for (const calib::board_view &view : capture.view) {
             white_first += view.white_first ? 1 : 0;
+            boards += view.corners.empty() ? 0 : 1;
+            open += view.layout_open ? 1 : 0;
         }
     }
-    return white_first == 0 ? ""
-                            : report_text_format(
-                                  "the coded board has the layout of OpenCV before "
-                                  "4.6: its top left square is white (%d pictures)",
-                                  white_first);
+    if (white_first > 0) {
+        return report_text_format(
+            "the coded board has the layout of OpenCV before 4.6: its top left square is white "
+            "(%d pictures)",
+            white_first);
+    }
+    return open == 0 || open < boards
+               ? ""
+               : "no picture shows whether the coded board has the layout of OpenCV before 4.6 or "
+                 "the present one: corners are numbered by the present one, which does not change "
+                 "the calibration (to decide it, take one picture of the whole board)";
 }
 
 std::vector<std::string> calibrate_result_rejections(const calibrate_result &result) {

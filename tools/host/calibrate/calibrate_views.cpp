@@ -7,6 +7,7 @@
 #include <mutex>
 #include <tuple>
 
+#include "calib/base/coded_layout.hpp"
 #include "calib/base/pair_order.hpp"
 #include "calib/detect/detect.hpp"
 #include "core/invariant.h"
@@ -84,6 +85,7 @@ class finder {
         refuse_other_sizes();
         refuse_parts_of_another_board();
         refuse_doubles();
+        settle_layouts();
         decide_orders();
         return report();
     }
@@ -259,6 +261,14 @@ class finder {
                 refuse(i, "the same picture as " + path(first->second).substr(common_folder()));
             }
         }
+    }
+
+    void settle_layouts() {
+        std::vector<calib::board_view *> views;
+        for (looked_at &one : pictures_) {
+            views.push_back(&one.view);
+        }
+        calib::settle_layouts(request_.board, views);
     }
 
     /// Boards with rotational symmetry: all pairs together decide where each view begins.

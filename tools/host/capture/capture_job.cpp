@@ -263,6 +263,7 @@ class runner {
             shot->view[side] = calib::detect_board(job_.board, grey, {});
             *whites = std::max(*whites, capture_whites(job_.board, image, shot->view[side]));
         }
+        session_.settle_layouts(shot);
         return true;
     }
 

@@ -13,6 +13,7 @@
 #include <map>
 #include <sstream>
 
+#include "calib/base/coded_layout.hpp"
 #include "core/error.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/session/session_pairs.h"
@@ -254,6 +255,15 @@ bool capture_session::add(const std::string &incoming, const capture_shot &shot,
     noted_position_ = shot.board_position;
     shots_.push_back(shot);
     return write_corners(error);
+}
+
+void capture_session::settle_layouts(capture_shot *next) {
+    std::vector<calib::board_view *> views = {&next->view[0], &next->view[1]};
+    for (capture_shot &shot : shots_) {
+        views.push_back(&shot.view[0]);
+        views.push_back(&shot.view[1]);
+    }
+    calib::settle_layouts(board_, views);
 }
 
 bool capture_session::write_corners(std::string *error) const {

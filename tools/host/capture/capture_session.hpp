@@ -40,6 +40,8 @@ class capture_session {
     /// Reads a session of one pair, as the instrument has written it, without adding it: its frames
     /// lie in `incoming`. False with one sentence.
     bool look(const std::string &incoming, capture_shot *shot, std::string *error) const;
+    /// Numbers the corners of that pair and of all before by one layout of a coded board.
+    void settle_layouts(capture_shot *next);
     /// Adds that pair, whose corners are now known, with the frames.
     bool add(const std::string &incoming, const capture_shot &shot, std::string *error);
     /// Ends the session, until the next `add`.
