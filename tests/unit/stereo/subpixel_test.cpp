@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sub-pixel refinement, its predicted sigma, and the residual vertical disparity, on synthetic
 // pairs with exact ground truth.
-#include "stereo/row_residual.h"
 #include "stereo/subpixel.h"
 
 #include <doctest/doctest.h>
@@ -10,6 +9,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "stereo/row_residual.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"

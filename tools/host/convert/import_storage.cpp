@@ -273,7 +273,7 @@ json json_of(const import_file &file, const element &parent, int depth) {
     return value.is_array() && value.size() == 1 && parent.name != "data" ? value[0] : value;
 }
 
-/// What an array is that is no number, list or matrix of real numbers.
+/// Type and shape of an array that holds neither a number, a list nor a matrix of real numbers.
 std::string unread_array(const numpy_array &array) {
     std::string shape;
     for (const long length : array.shape) {
