@@ -33,7 +33,7 @@ int zoom_lens_parameter(int function) {
 }
 
 zoom_layout::zoom_layout(const zoom_problem &problem, const zoom_orders &orders) : orders_(orders) {
-    const double angle_step = 1e-5, length_step = 0.1, vergence_step = 1e-4;
+    const double angle_step = 1e-5, length_step = 0.1, dioptre_step = 1e-4;
     const auto take = [this](int count, double step) {
         const int first = size_;
         size_ += count;
@@ -41,7 +41,7 @@ zoom_layout::zoom_layout(const zoom_problem &problem, const zoom_orders &orders)
         return first;
     };
     const auto step_of = [&](int function) {
-        return function == ZOOM_VERGENCE ? vergence_step : length_step;
+        return function == ZOOM_FOCUS_DIOPTRE ? dioptre_step : length_step;
     };
     for (int camera = 0; camera < CAMERAS; camera++) {
         camera_places &at = at_[size_t(camera)];
@@ -49,7 +49,7 @@ zoom_layout::zoom_layout(const zoom_problem &problem, const zoom_orders &orders)
         for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
             at.terms[function] = take(estimated_terms(function), step_of(function));
         }
-        at.focus = take(ZOOM_FOCUS_TERMS, vergence_step);
+        at.focus = take(ZOOM_FOCUS_TERMS, dioptre_step);
         at.mount = take(2, angle_step);
         take(2, length_step);
         take(1, angle_step);
@@ -166,11 +166,11 @@ zoom_eye eye_at(const zoom_problem &problem, const zoom_layout &layout, const do
     double basis[ZOOM_TERMS_MAX];
     chebyshev(u, ZOOM_TERMS_MAX, basis);
     double pupil_mm = 0;
-    for (int function = ZOOM_VERGENCE; function < ZOOM_FUNCTIONS; function++) {
+    for (int function = ZOOM_FOCUS_DIOPTRE; function < ZOOM_FUNCTIONS; function++) {
         const double value = sum_of_terms(layout, shared, camera, function, basis) +
                              effect_of(layout, shared, camera, function, moment.setting);
-        if (function == ZOOM_VERGENCE) {
-            eye.vergence = value;
+        if (function == ZOOM_FOCUS_DIOPTRE) {
+            eye.focus_dioptre = value;
         } else if (function == ZOOM_PUPIL) {
             pupil_mm = value;
         } else {
@@ -181,9 +181,9 @@ zoom_eye eye_at(const zoom_problem &problem, const zoom_layout &layout, const do
     eye.lens.value[CENTRE_Y] += latent[LATENT_CENTRE_Y];
     chebyshev(zoom_unit(side.focus, moment.axes.focus_counts), ZOOM_FOCUS_TERMS + 1, basis);
     for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
-        eye.vergence += shared[layout.focus_at(camera) + i] * basis[i + 1];
+        eye.focus_dioptre += shared[layout.focus_at(camera) + i] * basis[i + 1];
     }
-    const double stretch = 1 - eye.focal_px * side.pixel_mm * 1e-3 * eye.vergence;
+    const double stretch = 1 - eye.focal_px * side.pixel_mm * 1e-3 * eye.focus_dioptre;
     eye.lens.value[LOG_FOCAL] = std::log(eye.focal_px / std::fmax(0.1, stretch));
 
     double mount[ZOOM_MOUNT_PARAMETERS];

@@ -129,8 +129,8 @@ struct zoom_estimate {
 struct zoom_eye {
     lens_state lens;
     rigid T_camera_instrument;
-    double focal_px = 0;  // focused at infinity
-    double vergence = 0;  // 1/m
+    double focal_px = 0;       // focused at infinity
+    double focus_dioptre = 0;  // 1/m
 };
 
 struct zoom_moment {

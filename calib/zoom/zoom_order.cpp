@@ -20,7 +20,7 @@ struct order_group {
 const order_group GROUPS[] = {{ZOOM_FOCAL, -1, 2},    {ZOOM_CENTRE_X, ZOOM_CENTRE_Y, 1},
                               {ZOOM_RADIAL_2, -1, 1}, {ZOOM_RADIAL_4, -1, 0},
                               {ZOOM_RADIAL_6, -1, 0}, {ZOOM_TANGENTIAL_1, ZOOM_TANGENTIAL_2, 0},
-                              {ZOOM_PUPIL, -1, 0},    {ZOOM_VERGENCE, -1, 1}};
+                              {ZOOM_PUPIL, -1, 0},    {ZOOM_FOCUS_DIOPTRE, -1, 1}};
 
 // Equations of the terms, mounts and other parameters that are not deviations of settings.
 struct quadratic {

@@ -60,7 +60,7 @@ class prior_maker {
             }
         }
         // How far the lens is focused at the middle of its range, and over half of the range.
-        keep(layout_.terms_at(camera, ZOOM_VERGENCE), 1);
+        keep(layout_.terms_at(camera, ZOOM_FOCUS_DIOPTRE), 1);
         set(layout_.focus_at(camera), 0, 1);
         set(layout_.focus_at(camera) + 1, 0, 0.1);
     }

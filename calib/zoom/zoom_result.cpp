@@ -85,7 +85,8 @@ void describe_camera(const zoom_solution &solution, int camera, zoom_camera *out
     out->function[ZOOM_CENTRE_X].term[0] += side.frame.middle_x_px;
     out->function[ZOOM_CENTRE_Y].term[0] += side.frame.middle_y_px;
     for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
-        out->focus_vergence[i] = solution.estimate.shared[size_t(layout.focus_at(camera) + i)];
+        out->focus_dioptre_by_count[i] =
+            solution.estimate.shared[size_t(layout.focus_at(camera) + i)];
     }
     for (int i = 0; i < ZOOM_MOUNT_PARAMETERS; i++) {
         const int place = layout.mount_at(camera, i);

@@ -434,7 +434,7 @@ std::string seed_zoom(const zoom_observations &seen, const std::vector<zoom_sett
                 count++;
             }
         }
-        estimate->shared[size_t(layout.terms_at(camera, ZOOM_VERGENCE))] =
+        estimate->shared[size_t(layout.terms_at(camera, ZOOM_FOCUS_DIOPTRE))] =
             count > 0 ? closeness / count : 0;
     }
     seed_mounts(settings, *problem, layout, &estimate->shared);

@@ -156,11 +156,11 @@ focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, s
     if (is_at_stop(side.focus, axes.focus_counts)) {
         return row;
     }
-    row.residual = eye.vergence - 1e3 / std::fmax(1, middle[2]);
+    row.residual = eye.focus_dioptre - 1e3 / std::fmax(1, middle[2]);
     double basis[ZOOM_TERMS_MAX];
     chebyshev(zoom_unit(side.log_focal, std::log(eye.focal_px)), ZOOM_TERMS_MAX, basis);
-    for (int i = 0; i < layout.estimated_terms(ZOOM_VERGENCE); i++) {
-        row.columns.push_back(layout.terms_at(camera, ZOOM_VERGENCE) + i);
+    for (int i = 0; i < layout.estimated_terms(ZOOM_FOCUS_DIOPTRE); i++) {
+        row.columns.push_back(layout.terms_at(camera, ZOOM_FOCUS_DIOPTRE) + i);
         row.derivatives.push_back(basis[i]);
     }
     chebyshev(zoom_unit(side.focus, axes.focus_counts), ZOOM_FOCUS_TERMS + 1, basis);

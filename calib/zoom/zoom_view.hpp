@@ -41,8 +41,8 @@ struct view_block {
 view_block view_block_of(const zoom_problem &problem, const zoom_layout &layout, double loss_scale,
                          const zoom_estimate &estimate, size_t capture, int camera);
 
-/// The lens was focused on the board: the sharp plane's vergence minus the board's, 1/m. Without
-/// columns at an end of the focus, which may not reach the board.
+/// The lens was focused on the board: the dioptre of the sharp plane minus that of the board.
+/// Without columns at an end of the focus, which may not reach the board.
 struct focus_row {
     double residual = 0;
     std::vector<int> columns;

@@ -92,13 +92,6 @@ class ZoomInfo(unittest.TestCase):
         self.assertAlmostEqual(last["entrancePupilOffset"], 0.0244, delta=1e-4)
         self.assertAlmostEqual(last["focusDistance"], 0.8, delta=0.01)
 
-    def test_the_documented_grammar_is_the_one_in_force(self):
-        done = self.info("--zoom-grammar")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        with open(os.path.join(os.environ["VERGENCE_SOURCE"], "firmware/stereo/zoom/README.md"),
-                  encoding="utf-8") as file:
-            self.assertIn(done.stdout, file.read())
-
     def test_the_documented_commands(self):
         with open(os.path.join(os.environ["VERGENCE_SOURCE"], "firmware/stereo/zoom/README.md"),
                   encoding="utf-8") as file:

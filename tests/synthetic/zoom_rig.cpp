@@ -114,11 +114,11 @@ void set_lens(int side, zoom_camera &camera) {
     }
     // Linear in the focus position: 1 / nearest over its range.
     const double per_m = 1000 / lens[side].nearest_focus_mm;
-    fit(camera.function[ZOOM_VERGENCE], 6, [&](double u) {
+    fit(camera.function[ZOOM_FOCUS_DIOPTRE], 6, [&](double u) {
         return per_m / 2 + lens[side].focus_drift_per_m * (zoom_at(u) - 300) / 550;
     });
-    camera.focus_vergence[0] = per_m / 2;
-    camera.focus_vergence[1] = 0;
+    camera.focus_dioptre_by_count[0] = per_m / 2;
+    camera.focus_dioptre_by_count[1] = 0;
 }
 
 void set_mount(int side, zoom_camera &camera) {

@@ -67,9 +67,9 @@ double zoom_focus_counts(const struct zoom_camera *camera, double zoom_counts, d
     INVARIANT(distance_mm > 0);
     const double f_px = zoom_function_value(camera, ZOOM_FOCAL, zoom_counts);
     const double missing =
-        1000 / distance_mm - zoom_function_value(camera, ZOOM_VERGENCE, math_log(f_px));
+        1000 / distance_mm - zoom_function_value(camera, ZOOM_FOCUS_DIOPTRE, math_log(f_px));
     // a T_1(u) + b T_2(u) = missing, from the solution without b.
-    const double a = camera->focus_vergence[0], b = camera->focus_vergence[1];
+    const double a = camera->focus_dioptre_by_count[0], b = camera->focus_dioptre_by_count[1];
     double u = a != 0 ? missing / a : 0;
     for (int i = 0; i < 30 && a + 4 * b * u != 0; i++) {
         u -= (a * u + b * (2 * u * u - 1) - missing) / (a + 4 * b * u);

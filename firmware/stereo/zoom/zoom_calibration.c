@@ -20,7 +20,7 @@ int zoom_parameter_list(struct zoom_camera camera[2], double *parameter[ZOOM_PAR
             }
         }
         for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
-            parameter[count++] = &camera[side].focus_vergence[i];
+            parameter[count++] = &camera[side].focus_dioptre_by_count[i];
         }
         const int mount = side == 0 ? ZOOM_ROTATION_X : ZOOM_MOUNT_PARAMETERS;
         for (int i = 0; i < mount; i++) {
@@ -57,7 +57,7 @@ static void lens_at(const struct zoom_camera *camera, const double value[ZOOM_FU
                     struct lens *lens) {
     INVARIANT(camera->radius_px > 0 && camera->pixel_mm > 0);
     const double f_px = value[ZOOM_FOCAL];
-    const double F_px = f_px / (1 - f_px * camera->pixel_mm * value[ZOOM_VERGENCE] / 1000);
+    const double F_px = f_px / (1 - f_px * camera->pixel_mm * value[ZOOM_FOCUS_DIOPTRE] / 1000);
     const double R = camera->radius_px, slope = F_px / R, square = slope * slope;
     *lens = (struct lens){.width_px = camera->width_px,
                           .height_px = camera->height_px,
@@ -109,9 +109,10 @@ void zoom_pair_at(const struct zoom_camera camera[2], const struct zoom_state *s
                 zoom_function_value(at, (enum zoom_function_name)name, log_focal) + deviation[name];
         }
         const double u = within(&at->focus, state->side[side].focus_counts);
-        value[ZOOM_VERGENCE] += at->focus_vergence[0] * u + at->focus_vergence[1] * (2 * u * u - 1);
+        value[ZOOM_FOCUS_DIOPTRE] +=
+            at->focus_dioptre_by_count[0] * u + at->focus_dioptre_by_count[1] * (2 * u * u - 1);
         pair->side[side].f_px = value[ZOOM_FOCAL];
-        pair->side[side].vergence = value[ZOOM_VERGENCE];
+        pair->side[side].focus_dioptre = value[ZOOM_FOCUS_DIOPTRE];
         lens_at(at, value, &pair->side[side].lens);
         pose_at(at, state->side[side].pan_rad, value[ZOOM_PUPIL],
                 pair->side[side].R_instrument_camera, pair->side[side].position_mm);

@@ -10,13 +10,13 @@
 /// Model of a camera, with T_i Chebyshev's polynomials and u(x) = (2 x - min - max) / (max - min)
 /// the position within a calibrated range:
 ///   f(zoom)       sum of term[i] T_i(u(zoom)): focal length in px, focused at infinity
-///   vergence      reciprocal of the distance in focus, 1/m: sum of term[i] T_i(u(log f)), plus
+///   focus_dioptre reciprocal of the distance in focus, 1/m: sum of term[i] T_i(u(log f)), plus
 ///                 focus[0] T_1(u(focus)) + focus[1] T_2(u(focus)), which do not depend on zoom
-///   F             image distance in px, what K holds: f / (1 - f_mm vergence / 1000), a thin lens
-///   centre, distortion, pupil   sums of term[i] T_i(u(log f)); the pupil's is 0 at the smallest f
-///   pose          at pan angle a the camera is turned about its axis by a (1 + scale), then
-///   shifted
-///                 along its own z by the pupil function
+///   F             image distance in px, what K holds: f / (1 - f_mm focus_dioptre / 1000), thin
+///   lens centre, distortion, pupil   sums of term[i] T_i(u(log f)); the pupil's is 0 at the
+///   smallest f pose          at pan angle a the camera is turned about its axis by a (1 + scale),
+///   then
+///                 shifted along its own z by the pupil function
 /// Every function also has an irregularity: a standard deviation of independent deviations from the
 /// smooth curve from setting to setting (a cam's ripple).
 #ifndef VERGENCE_STEREO_ZOOM_ZOOM_CALIBRATION_H
@@ -42,9 +42,9 @@ enum {
 
 /// Functions of a lens, with R = `radius_px`. Distortion is stated as what it does to the pixel.
 enum zoom_function_name {
-    ZOOM_FOCAL,     // px, of the zoom position; all others of log f
-    ZOOM_VERGENCE,  // 1/m
-    ZOOM_CENTRE_X,  // px of the whole sensor; 0 is the centre of the first pixel
+    ZOOM_FOCAL,          // px, of the zoom position; all others of log f
+    ZOOM_FOCUS_DIOPTRE,  // 1/m
+    ZOOM_CENTRE_X,       // px of the whole sensor; 0 is the centre of the first pixel
     ZOOM_CENTRE_Y,
     ZOOM_RADIAL_2,      // px outwards at R: k1 = value F^2 / R^3
     ZOOM_RADIAL_4,      // k2 = value F^4 / R^5
@@ -91,7 +91,7 @@ struct zoom_camera {
     struct zoom_range log_focal;    // of log f over `zoom`: u(log f) is -1 at the smallest f
     struct zoom_range pan_rad;      // as commanded, calibrated
     struct zoom_function function[ZOOM_FUNCTIONS];
-    double focus_vergence[ZOOM_FOCUS_TERMS];  // 1/m
+    double focus_dioptre_by_count[ZOOM_FOCUS_TERMS];  // 1/m
     double mount[ZOOM_MOUNT_PARAMETERS];
     // What the motors add: standard deviations of one reading's mean (counts), of the drift between
     // calibration and use (counts), of the servo's resting angle, and of how it moves at rest
@@ -134,9 +134,9 @@ struct zoom_state {
 /// Both cameras at a state, in the instrument's frame.
 struct zoom_pair {
     struct {
-        struct lens lens;  // of the whole sensor
-        double f_px;       // focal length, focused at infinity
-        double vergence;   // 1/m
+        struct lens lens;      // of the whole sensor
+        double f_px;           // focal length, focused at infinity
+        double focus_dioptre;  // 1/m
         double R_instrument_camera[9];
         double position_mm[3];  // entrance pupil
     } side[2];

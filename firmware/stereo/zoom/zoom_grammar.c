@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/zoom/zoom_grammar.h"
 
+#include <string.h>
+
 #include "core/invariant.h"
 
 // Short forms for the list below.
@@ -42,9 +44,10 @@ static const struct zoom_field fields[] = {
           "range of log f over the zoom positions: what the other functions refer to", log_focal),
     RANGE("pan_rad", 9, 10, "rad", "calibrated range of pan, as commanded", pan_rad),
     FUNCTION("focal", 9, 1000000, "px", "focal length at infinity, of the zoom position", FOCAL),
-    FUNCTION("vergence", 12, 1000, "1/m", "reciprocal of the distance in focus", VERGENCE),
-    CAMERA(DECIMALS, "focus_vergence", ZOOM_FOCUS_TERMS, 12, -1000, 1000, "1/m",
-           "what the focus position adds to it: first and second term", focus_vergence),
+    FUNCTION("focus_dioptre", 12, 1000, "1/m", "reciprocal of the distance in focus",
+             FOCUS_DIOPTRE),
+    CAMERA(DECIMALS, "focus_dioptre_by_count", ZOOM_FOCUS_TERMS, 12, -1000, 1000, "1/m",
+           "what the focus position adds to it: first and second term", focus_dioptre_by_count),
     FUNCTION("centre_x", 9, 1000000, "px", "column of the principal point", CENTRE_X),
     FUNCTION("centre_y", 9, 1000000, "px", "row of the principal point", CENTRE_Y),
     FUNCTION("radial_2", 9, 100000, "px", "distortion at R: k1 R^3 / F^2", RADIAL_2),
@@ -102,6 +105,22 @@ const struct zoom_field *zoom_grammar_fields(int *count) {
     *count = sizeof fields / sizeof fields[0];
     INVARIANT(fields[0].part == ZOOM_FIELD_RIG && fields[*count - 1].part == ZOOM_FIELD_END);
     return fields;
+}
+
+const char *zoom_grammar_name(const struct zoom_field *field, int side, int version) {
+    static const char *const renamed[][2] = {
+        {"left_focus_dioptre", "left_vergence"},
+        {"right_focus_dioptre", "right_vergence"},
+        {"left_focus_dioptre_by_count", "left_focus_vergence"},
+        {"right_focus_dioptre_by_count", "right_focus_vergence"},
+    };
+    INVARIANT(version >= 1 && version <= ZOOM_GRAMMAR_VERSION);
+    for (size_t i = 0; version == 1 && i < sizeof renamed / sizeof renamed[0]; i++) {
+        if (strcmp(field->name[side], renamed[i][0]) == 0) {
+            return renamed[i][1];
+        }
+    }
+    return field->name[side];
 }
 
 void *zoom_grammar_address(const struct zoom_field *field, int side,

@@ -16,11 +16,12 @@ extern "C" {
 #endif
 
 #define ZOOM_GRAMMAR_MAGIC "vergence-zoom-calibration "
-#define ZOOM_GRAMMAR_FIRST_LINE ZOOM_GRAMMAR_MAGIC "1"
+#define ZOOM_GRAMMAR_FIRST_LINE ZOOM_GRAMMAR_MAGIC "2"
 #define ZOOM_GRAMMAR_PARAMETERS "parameters"
 #define ZOOM_GRAMMAR_SIGMA "sigma"
 
 enum {
+    ZOOM_GRAMMAR_VERSION = 2,  // version 1 has other names for the focus; it is read, never written
     ZOOM_SIGMA_DECIMALS = 12,
     ZOOM_CORRELATION_DECIMALS = 12,
     ZOOM_SIGMA_MAX = 1000,
@@ -52,6 +53,9 @@ struct zoom_field {
 
 /// All fields in the order of the text; static storage.
 const struct zoom_field *zoom_grammar_fields(int *count);
+
+/// Name of a field in a text of a version, 1 to ZOOM_GRAMMAR_VERSION; static storage.
+const char *zoom_grammar_name(const struct zoom_field *field, int side, int version);
 
 /// Address of a field's first value; `side` is 0 except for cameras.
 void *zoom_grammar_address(const struct zoom_field *field, int side,

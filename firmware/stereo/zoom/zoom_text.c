@@ -113,10 +113,16 @@ static size_t text_bytes(enum zoom_field_kind kind) {
     }
 }
 
+struct parsing {
+    struct calibration_reader reader;
+    int version;
+};
+
 static int parse_field(const struct zoom_field *field, int side,
                        struct zoom_calibration *calibration, void *context) {
-    struct calibration_reader *reader = context;
-    const char *name = field->name[side];
+    struct parsing *parsing = context;
+    struct calibration_reader *reader = &parsing->reader;
+    const char *name = zoom_grammar_name(field, side, parsing->version);
     struct calibration_span rest;
     bool more;
     const int code = open_line(reader, name, &rest, &more);
@@ -205,7 +211,9 @@ bool zoom_calibration_is_text(const char *text, size_t length) {
     return length >= magic_length && memcmp(text, ZOOM_GRAMMAR_MAGIC, magic_length) == 0;
 }
 
+// Returns the version, or a negative code.
 static int parse_first_line(struct calibration_reader *reader) {
+    static const size_t magic_length = sizeof ZOOM_GRAMMAR_MAGIC - 1;
     if (!zoom_calibration_is_text(reader->text, reader->length)) {
         reader->line = 1;
         return calibration_refuse(reader, ERROR_SYNTAX, "",
@@ -213,32 +221,35 @@ static int parse_first_line(struct calibration_reader *reader) {
     }
     struct calibration_span line;
     const int code = calibration_next_line(reader, &line);
-    return code != ERROR_OK || calibration_span_is(line, ZOOM_GRAMMAR_FIRST_LINE)
-               ? code
-               : calibration_refuse(reader, ERROR_VERSION, "", "unknown version (expected 1)");
+    if (code != ERROR_OK) {
+        return code;
+    }
+    const int version = line.length == magic_length + 1 ? line.text[magic_length] - '0' : 0;
+    return version >= 1 && version <= ZOOM_GRAMMAR_VERSION
+               ? version
+               : calibration_refuse(reader, ERROR_VERSION, "", "unknown version (expected 1 or 2)");
 }
 
 int zoom_calibration_parse(const char *text, size_t length, struct zoom_calibration *result,
                            struct calibration_fault *fault) {
-    struct calibration_reader reader = {
-        .text = text, .length = length, .fault = {.field = "", .reason = ""}};
+    struct parsing parsing = {
+        .reader = {.text = text, .length = length, .fault = {.field = "", .reason = ""}}};
+    struct calibration_reader *reader = &parsing.reader;
     memset(result, 0, sizeof *result);
-    int code = parse_first_line(&reader);
+    parsing.version = parse_first_line(reader);
+    int code = parsing.version < 0 ? parsing.version : visit(result, parse_field, &parsing);
     if (code == ERROR_OK) {
-        code = visit(result, parse_field, &reader);
-    }
-    if (code == ERROR_OK) {
-        code = parse_covariance(&reader, result);
+        code = parse_covariance(reader, result);
     }
     if (code == ERROR_OK) {
         struct calibration_span name;
-        code = calibration_parse_crc(&reader, &name);
+        code = calibration_parse_crc(reader, &name);
     }
     if (code == ERROR_OK) {
-        code = zoom_calibration_validate(result, &reader.fault);
+        code = zoom_calibration_validate(result, &reader->fault);
     }
     if (code != ERROR_OK && fault != NULL) {
-        *fault = reader.fault;
+        *fault = reader->fault;
     }
     return code;
 }

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
 #include <string>
 #include <vector>
 
+#include "core/crc.h"
 #include "core/error.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/zoom/zoom_aim.h"
@@ -117,6 +119,13 @@ TEST_CASE("nothing is extrapolated, and the axis is named") {
     CHECK(zoom_calibration_at(zoomed.get(), &state, &at, nullptr) == ERROR_RANGE);
 }
 
+std::string with_crc(const std::string &text) {
+    const std::string body = text.substr(0, text.rfind("crc32 "));
+    char line[32];
+    std::snprintf(line, sizeof line, "crc32 %08x\n", crc_update(0, body.data(), body.size()));
+    return body + line;
+}
+
 TEST_CASE("the text of a zoom calibration is exact") {
     auto zoomed = zoom_rig::calibration();
     // Correlated parameters, too.
@@ -126,7 +135,7 @@ TEST_CASE("the text of a zoom calibration is exact") {
             0.3 * std::sqrt(covariance[i * (i + 1) / 2 + i] * covariance[(i - 1) * (i + 2) / 2]);
     }
     const std::string text = print(*zoomed);
-    CHECK(text.find("vergence-zoom-calibration 1\nid default-rig\n") == 0);
+    CHECK(text.find("vergence-zoom-calibration 2\nid default-rig\n") == 0);
     auto parsed = std::make_unique<zoom_calibration>();
     calibration_fault fault{};
     REQUIRE(parse(text, *parsed, &fault) == ERROR_OK);
@@ -139,6 +148,21 @@ TEST_CASE("the text of a zoom calibration is exact") {
     CHECK(from_parsed.yaw_sigma_rad == doctest::Approx(from_original.yaw_sigma_rad).epsilon(1e-6));
 }
 
+TEST_CASE("a text of version 1 is read, with its own names of fields only") {
+    const std::string text = print(*zoom_rig::calibration());
+    std::string old = std::regex_replace(text, std::regex("calibration 2"), "calibration 1");
+    auto parsed = std::make_unique<zoom_calibration>();
+    calibration_fault fault{};
+    CHECK(parse(with_crc(old), *parsed, &fault) == ERROR_MISSING);
+    CHECK(std::string(fault.field) == "left_vergence");
+    old = std::regex_replace(old, std::regex("_focus_dioptre_by_count"), "_focus_vergence");
+    old = std::regex_replace(old, std::regex("_focus_dioptre"), "_vergence");
+    REQUIRE(parse(with_crc(old), *parsed, &fault) == ERROR_OK);
+    CHECK(print(*parsed) == text);
+    CHECK(parse(with_crc(std::regex_replace(old, std::regex("calibration 1"), "calibration 2")),
+                *parsed, &fault) == ERROR_MISSING);
+}
+
 TEST_CASE("a damaged text is refused with its line") {
     const std::string text = print(*zoom_rig::calibration());
     auto parsed = std::make_unique<zoom_calibration>();
@@ -147,10 +171,11 @@ TEST_CASE("a damaged text is refused with its line") {
     changed[text.find("left_focal") + 20] ^= 1;
     CHECK(parse(changed, *parsed, &fault) != ERROR_OK);
     CHECK(parse(text.substr(0, text.size() / 2), *parsed, &fault) != ERROR_OK);
-    CHECK(parse("vergence-zoom-calibration 2\n", *parsed, &fault) == ERROR_VERSION);
+    CHECK(parse("vergence-zoom-calibration 3\n", *parsed, &fault) == ERROR_VERSION);
     CHECK(parse("vergence-calibration 2\n", *parsed, &fault) == ERROR_SYNTAX);
     changed = text;
-    changed.erase(text.find("left_focal "), text.find("left_vergence ") - text.find("left_focal "));
+    changed.erase(text.find("left_focal "),
+                  text.find("left_focus_dioptre ") - text.find("left_focal "));
     CHECK(parse(changed, *parsed, &fault) == ERROR_MISSING);
     CHECK(std::string(fault.field) == "left_focal");
     CHECK(fault.line == 14);

@@ -78,7 +78,7 @@ json opentrackio_sample(const zoom_calibration &value, int side, double zoom, do
     const zoom_camera &camera = value.camera[side];
     const zoom_pair pair = pair_at(value, zoom, focus);
     const lens &lens = pair.side[side].lens;
-    const double vergence = pair.side[side].vergence;
+    const double focus_dioptre = pair.side[side].focus_dioptre;
     // Millimetres on the sensor; y is up there.
     const double x_mm = (lens.cx_px - (camera.width_px - 1) / 2.0) * camera.pixel_mm;
     const double y_mm = -(lens.cy_px - (camera.height_px - 1) / 2.0) * camera.pixel_mm;
@@ -91,8 +91,8 @@ json opentrackio_sample(const zoom_calibration &value, int side, double zoom, do
         {"distortion", json::array({{{"model", "Brown-Conrady U-D"},
                                      {"radial", {lens.k1, lens.k2, lens.k3}},
                                      {"tangential", {lens.p1, lens.p2}}}})}};
-    if (vergence > 1e-4) {  // 10 km
-        result["focusDistance"] = 1 / vergence;
+    if (focus_dioptre > 1e-4) {  // 10 km
+        result["focusDistance"] = 1 / focus_dioptre;
     }
     return result;
 }
