@@ -241,8 +241,7 @@ static int step_going(struct rig *self, struct rig_lens_move *move, uint64_t unt
     struct lens_reading readings[LENS_AXES];
     int error = rig_poll(self);
     if (error == ERROR_OK && self->state != RIG_READY) {
-        error = rig_part_error(self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), ERROR_NOT_READY,
-                               "the rig was brought to its safe state during a move", NULL);
+        error = ERROR_NOT_READY;  // the last error says why
     }
     const uint64_t pause_us = rig_now_us(self) - move->stepped_us;
     if (pause_us > PAUSE_US) {

@@ -7,6 +7,8 @@
 
 #include "bench/rig_bench.hpp"
 #include "rig/lens_move.h"
+#include "rig/rig_camera.h"
+#include "rig/safe.h"
 #include "rig/trigger.h"
 
 using rig_bench::RigBench;
@@ -72,4 +74,28 @@ TEST_CASE("both lenses move at once while frames are taken, sooner than one afte
                        << " frames; one after the other " << left.seconds << " + " << right.seconds
                        << " s");
     CHECK(at_once.seconds < 0.85 * (left.seconds + right.seconds));
+}
+
+TEST_CASE("a camera that is gone stays the reason while moves end") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    rig_lens_move moves[RIG_SIDES];
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        REQUIRE(rig_lens_move_begin(&bench.rig, &moves[side], 1u << side, LENS_FOCUS, 700,
+                                    LENS_MOVE_IF_NEEDED) == ERROR_OK);
+    }
+    bench.control("fault camera right silent");
+    hal_camera_frame frame{};
+    REQUIRE(rig_camera_take(&bench.rig, RIG_RIGHT, bench.now_us(), &frame) == ERROR_TIMEOUT);
+    const std::string reason = bench.rig.last_error.text;
+    CHECK(reason.rfind("right camera: ", 0) == 0);
+    rig_fail_safe(&bench.rig, ERROR_TIMEOUT);
+    for (rig_lens_move &move : moves) {
+        int error = ERROR_OK;
+        while (!rig_lens_move_done(&move)) {
+            error = rig_lens_move_step(&bench.rig, &move, bench.now_us() + 1000);
+        }
+        CHECK(error == ERROR_NOT_READY);
+        CHECK(bench.rig.last_error.text == reason);
+    }
 }
