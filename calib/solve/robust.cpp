@@ -331,9 +331,9 @@ bool assess(bundle *data, bundle_state *state, const board &target, double scale
         count += capture[LEFT].corners.size() + capture[RIGHT].corners.size();
     }
     const std::vector<char> before = used_pattern(*data);
-    const view_assessor of(*data, *state, scale, blunder_limit(count));
+    const view_assessor assessor(*data, *state, scale, blunder_limit(count));
     for (size_t i = 0; i < data->captures.size(); i++) {
-        trial{of, data, state, target, i, &(*records)[i]}.run();
+        trial{assessor, data, state, target, i, &(*records)[i]}.run();
     }
     return used_pattern(*data) != before;
 }

@@ -24,17 +24,17 @@ struct lens_view {
 };
 
 // Squared residuals in standard deviations of all used corners; false when one is behind a camera.
-bool squared_residuals(const lens_view &of, const rigid &T_left_board,
+bool squared_residuals(const lens_view &pair, const rigid &T_left_board,
                        std::vector<double> *squares) {
     squares->clear();
-    for (int camera = 0; camera < of.data.cameras; camera++) {
-        const bundle_view &view = of.views[size_t(camera)];
+    for (int camera = 0; camera < pair.data.cameras; camera++) {
+        const bundle_view &view = pair.views[size_t(camera)];
         for (const bundle_corner &corner : view.corners) {
             double residual[2];
             if (!view.used || !corner.used) {
                 continue;
             }
-            if (!corner_residual(of.data, camera, corner, of.state, T_left_board, residual)) {
+            if (!corner_residual(pair.data, camera, corner, pair.state, T_left_board, residual)) {
                 return false;
             }
             squares->push_back((residual[0] * residual[0] + residual[1] * residual[1]) /
@@ -59,15 +59,15 @@ double median_length(std::vector<double> squares) {
     return std::sqrt(squares[squares.size() / 2]);
 }
 
-void normal_equations(const lens_view &of, const rigid &T_left_board, double scale, matrix6 *A,
+void normal_equations(const lens_view &pair, const rigid &T_left_board, double scale, matrix6 *A,
                       vector6 *b) {
-    for (int camera = 0; camera < of.data.cameras; camera++) {
-        const bundle_view &view = of.views[size_t(camera)];
+    for (int camera = 0; camera < pair.data.cameras; camera++) {
+        const bundle_view &view = pair.views[size_t(camera)];
         for (const bundle_corner &corner : view.corners) {
             corner_rows rows;
             if (!view.used || !corner.used ||
-                !make_corner_rows(of.data, camera, corner, of.state.lens[camera], T_left_board,
-                                  of.state.T_right_left, of.state.warp_mm, &rows)) {
+                !make_corner_rows(pair.data, camera, corner, pair.state.lens[camera], T_left_board,
+                                  pair.state.T_right_left, pair.state.warp_mm, &rows)) {
                 continue;
             }
             const double *x = rows.by_board[0], *y = rows.by_board[1], *r = rows.residual_px;
@@ -86,13 +86,13 @@ void normal_equations(const lens_view &of, const rigid &T_left_board, double sca
 
 // One Levenberg-Marquardt step: raises `*damping` until the cost falls. Returns true when there is
 // nothing left to gain, and the iteration ends.
-bool improve_pose(const lens_view &of, double scale, rigid *pose, std::vector<double> *squares,
+bool improve_pose(const lens_view &pair, double scale, rigid *pose, std::vector<double> *squares,
                   double *damping) {
     const double cost = mean_loss(*squares, scale);
     INVARIANT(*damping > 0 && pose->t_mm[2] > 0);
     matrix6 A = matrix6::Zero();
     vector6 b = vector6::Zero();
-    normal_equations(of, *pose, scale, &A, &b);
+    normal_equations(pair, *pose, scale, &A, &b);
     std::vector<double> tried_squares;
     bool settled = false, better = false;
     while (!settled && !better && *damping < 1e8) {
@@ -103,7 +103,7 @@ bool improve_pose(const lens_view &of, double scale, rigid *pose, std::vector<do
         // The predicted gain of the step, as a share of the whole.
         settled = !(step.dot(b) > SETTLED * cost * double(squares->size()));
         better = step.allFinite() && step.norm() < 10 &&
-                 squared_residuals(of, tried, &tried_squares) &&
+                 squared_residuals(pair, tried, &tried_squares) &&
                  mean_loss(tried_squares, scale) < cost;
         if (better) {
             *pose = tried;
@@ -120,17 +120,17 @@ bool improve_pose(const lens_view &of, double scale, rigid *pose, std::vector<do
 
 double fit_pose(const bundle &data, const both_views &views, const bundle_state &state,
                 double loss_scale, rigid *T_left_board) {
-    const lens_view of{data, views, state};
+    const lens_view pair{data, views, state};
     rigid pose = *T_left_board;
     std::vector<double> squares;
-    if (!(pose.t_mm[2] > 0) || !squared_residuals(of, pose, &squares)) {
+    if (!(pose.t_mm[2] > 0) || !squared_residuals(pair, pose, &squares)) {
         return -1;
     }
     double damping = 1e-6;
     for (int iteration = 0; iteration < 40 && damping < 1e8; iteration++) {
         const double scale =
             loss_scale > 0 ? std::max(loss_scale, 1.5 * median_length(squares)) : 0;
-        if (improve_pose(of, scale, &pose, &squares, &damping)) {
+        if (improve_pose(pair, scale, &pose, &squares, &damping)) {
             break;
         }
     }

@@ -25,11 +25,11 @@ bool zoom_deviates(int function) {
 }
 
 int zoom_lens_parameter(int function) {
-    static const int of[ZOOM_FUNCTIONS] = {LOG_FOCAL,    -1,       CENTRE_X, CENTRE_Y,
-                                           RADIAL_2,     RADIAL_4, RADIAL_6, TANGENTIAL_1,
-                                           TANGENTIAL_2, -1};
+    static const int group[ZOOM_FUNCTIONS] = {LOG_FOCAL,    -1,       CENTRE_X, CENTRE_Y,
+                                              RADIAL_2,     RADIAL_4, RADIAL_6, TANGENTIAL_1,
+                                              TANGENTIAL_2, -1};
     INVARIANT(function >= 0 && function < ZOOM_FUNCTIONS);
-    return of[function];
+    return group[function];
 }
 
 zoom_layout::zoom_layout(const zoom_problem &problem, const zoom_orders &orders) : orders_(orders) {

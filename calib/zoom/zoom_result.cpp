@@ -73,14 +73,14 @@ void describe_camera(const zoom_solution &solution, int camera, zoom_camera *out
     out->focus = side.focus;
     out->log_focal = side.log_focal;
     for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
-        zoom_function &of = out->function[function];
-        of.terms = layout.orders()[size_t(function)];
-        for (int term = 0; term < of.terms; term++) {
-            of.term[term] =
+        zoom_function &written = out->function[function];
+        written.terms = layout.orders()[size_t(function)];
+        for (int term = 0; term < written.terms; term++) {
+            written.term[term] =
                 value_of(term_of(layout, camera, function, term), solution.estimate.shared);
         }
         const int effect = layout.settings(camera) > 0 ? layout.effect_at(camera, function, 0) : -1;
-        of.irregularity = effect >= 0 ? solution.prior.sigma[size_t(effect)] : 0;
+        written.irregularity = effect >= 0 ? solution.prior.sigma[size_t(effect)] : 0;
     }
     out->function[ZOOM_CENTRE_X].term[0] += side.frame.middle_x_px;
     out->function[ZOOM_CENTRE_Y].term[0] += side.frame.middle_y_px;

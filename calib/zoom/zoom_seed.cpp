@@ -22,14 +22,14 @@ const double DEFAULT_SIGMA_PX = 0.1;
 const double MIN_SIGMA_PX = 0.03;
 
 // Clusters of positions; `of[i]` is the cluster of capture i.
-std::vector<double> cluster(const std::vector<double> &counts, std::vector<int> *of) {
+std::vector<double> cluster(const std::vector<double> &counts, std::vector<int> *group) {
     std::vector<size_t> order(counts.size());
     for (size_t i = 0; i < order.size(); i++) {
         order[i] = i;
     }
     std::sort(order.begin(), order.end(),
               [&](size_t a, size_t b) { return counts[a] < counts[b]; });
-    of->assign(counts.size(), 0);
+    group->assign(counts.size(), 0);
     std::vector<double> sums;
     std::vector<int> sizes;
     for (size_t i = 0; i < order.size(); i++) {
@@ -39,7 +39,7 @@ std::vector<double> cluster(const std::vector<double> &counts, std::vector<int> 
         }
         sums.back() += counts[order[i]];
         sizes.back()++;
-        (*of)[order[i]] = int(sums.size()) - 1;
+        (*group)[order[i]] = int(sums.size()) - 1;
     }
     for (size_t i = 0; i < sums.size(); i++) {
         sums[i] /= sizes[i];
@@ -67,12 +67,12 @@ bundle_view view_of(const board_view &seen) {
 
 void add_boards(const zoom_observations &seen, zoom_problem *problem) {
     for (const board &one : seen.boards) {
-        std::array<bundle, CAMERAS> of;
+        std::array<bundle, CAMERAS> pair;
         for (size_t camera = 0; camera < CAMERAS; camera++) {
-            of[camera].points = make_board_points(one, of[camera].half_mm);
-            of[camera].frame[LEFT] = of[camera].frame[RIGHT] = problem->side[camera].frame;
+            pair[camera].points = make_board_points(one, pair[camera].half_mm);
+            pair[camera].frame[LEFT] = pair[camera].frame[RIGHT] = problem->side[camera].frame;
         }
-        problem->boards.push_back(of);
+        problem->boards.push_back(pair);
     }
 }
 

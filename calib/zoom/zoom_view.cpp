@@ -92,12 +92,12 @@ zoom_eye eye_of(const zoom_problem &problem, const zoom_layout &layout,
 bool zoom_residual(const zoom_problem &problem, const zoom_layout &layout,
                    const zoom_estimate &estimate, const zoom_eye &eye, size_t capture, int camera,
                    const bundle_corner &corner, double residual_px[2]) {
-    const zoom_problem::capture &of = problem.captures[capture];
-    const bundle &board = problem.boards[of.board][size_t(camera)];
+    const zoom_problem::capture &shot = problem.captures[capture];
+    const bundle &board = problem.boards[shot.board][size_t(camera)];
     double on_board[3], in_instrument[3], in_camera[3], pixel[2];
-    warped(board.points[size_t(corner.index)], estimate.shared.data() + layout.warp_at(of.board),
+    warped(board.points[size_t(corner.index)], estimate.shared.data() + layout.warp_at(shot.board),
            on_board);
-    apply(estimate.T_instrument_board[of.place], on_board, in_instrument);
+    apply(estimate.T_instrument_board[shot.place], on_board, in_instrument);
     apply(eye.T_camera_instrument, in_instrument, in_camera);
     if (!project(board.frame[RIGHT], eye.lens, in_camera, pixel)) {
         return false;
@@ -109,19 +109,19 @@ bool zoom_residual(const zoom_problem &problem, const zoom_layout &layout,
 
 view_block view_block_of(const zoom_problem &problem, const zoom_layout &layout, double loss_scale,
                          const zoom_estimate &estimate, size_t capture, int camera) {
-    const zoom_problem::capture &of = problem.captures[capture];
-    const bundle &board = problem.boards[of.board][size_t(camera)];
+    const zoom_problem::capture &shot = problem.captures[capture];
+    const bundle &board = problem.boards[shot.board][size_t(camera)];
     view_block block;
     block.eye = eye_of(problem, layout, estimate, capture, camera);
-    block.columns = layout.columns(camera, of.setting[size_t(camera)], of.visit);
+    block.columns = layout.columns(camera, shot.setting[size_t(camera)], shot.visit);
     block.by_column = derivatives(problem, layout, estimate, capture, camera, block.columns);
     block.normal = matrix::Zero(VIEW_PARAMETERS, VIEW_PARAMETERS);
     block.gradient = vector::Zero(VIEW_PARAMETERS);
-    const double *warp = estimate.shared.data() + layout.warp_at(of.board);
-    for (const bundle_corner &corner : of.view[size_t(camera)].corners) {
+    const double *warp = estimate.shared.data() + layout.warp_at(shot.board);
+    for (const bundle_corner &corner : shot.view[size_t(camera)].corners) {
         corner_rows rows;
         if (!corner.used || !make_corner_rows(board, RIGHT, corner, block.eye.lens,
-                                              estimate.T_instrument_board[of.place],
+                                              estimate.T_instrument_board[shot.place],
                                               block.eye.T_camera_instrument, warp, &rows)) {
             continue;
         }

@@ -93,8 +93,8 @@ static void make_file(void *cookie) {
 }
 
 static void put_share(const struct command_call *call, const char *name, uint32_t part,
-                      uint32_t of) {
-    reply_number(call, name, of > 0 ? 100.0 * part / of : 0, 1, "%");
+                      uint32_t whole) {
+    reply_number(call, name, whole > 0 ? 100.0 * part / whole : 0, 1, "%");
 }
 
 static void put_answer(const struct view *self) {

@@ -53,7 +53,7 @@ struct field {
     size_t present;  // member that is 0 if the key is not there; 0: it always is
 };
 
-#define OF(of, member) offsetof(struct of, member), sizeof(((struct of *)0)->member)
+#define OF(type, member) offsetof(struct type, member), sizeof(((struct type *)0)->member)
 #define EVENT(key, type, member, min, max) \
     { key, NULL, type, OF(session_event, member), min, max, NULL, 0 }
 #define KEY(key, type, member, min, max) \

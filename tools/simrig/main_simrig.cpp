@@ -49,11 +49,11 @@ auto reading(Read read) -> decltype(read()) {
 class Progress {
   public:
     ~Progress() { wipe(); }
-    void show(int done, int of, const char *what) {
+    void show(int done, int total, const char *what) {
         if (isatty(STDERR_FILENO) == 0) {
             return;
         }
-        const int width = 30, full = width * done / of;
+        const int width = 30, full = width * done / total;
         std::fprintf(stderr, "\r\033[K[%.*s%.*s] %s", full, "##############################",
                      width - full, "..............................", what);
         drawn_ = true;

@@ -99,7 +99,7 @@ enum { DEPTH, SIGMA, VALUES };
 
 struct spread {
     const struct reconstruct_result *result;
-    struct quantiles of[VALUES];
+    struct quantiles quantiles[VALUES];
     int shift;  ///< of the digit to be counted
 };
 
@@ -109,10 +109,11 @@ static void count_digits(void *cookie, const struct surface_part *part) {
         if (result_figures_is_filled(self->result, part->vertex_pixel[i / VALUES])) {
             continue;
         }
-        struct quantiles *of = &self->of[i % VALUES];
-        const uint32_t digits = of->value_of(&part->points[i / VALUES]) >> self->shift;
+        struct quantiles *quantiles = &self->quantiles[i % VALUES];
+        const uint32_t digits = quantiles->value_of(&part->points[i / VALUES]) >> self->shift;
         for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
-            of->counts[k][digits % DIGIT_VALUES] += digits >> DIGIT_BITS == of->found[k];
+            quantiles->counts[k][digits % DIGIT_VALUES] +=
+                digits >> DIGIT_BITS == quantiles->found[k];
         }
     }
 }
@@ -145,16 +146,16 @@ bool result_figures_spread(const struct reconstruct_result *result,
         return false;
     }
     self->result = result;
-    start(&self->of[DEPTH], depth_of, depth_percent, points);
-    start(&self->of[SIGMA], sigma_of, sigma_percent, points);
+    start(&self->quantiles[DEPTH], depth_of, depth_percent, points);
+    start(&self->quantiles[SIGMA], sigma_of, sigma_percent, points);
     for (self->shift = FIRST_SHIFT; self->shift >= 0; self->shift -= DIGIT_BITS) {
         surface_walk(result, SURFACE_POINTS, count_digits, self);
-        find_digits(&self->of[DEPTH]);
-        find_digits(&self->of[SIGMA]);
+        find_digits(&self->quantiles[DEPTH]);
+        find_digits(&self->quantiles[SIGMA]);
     }
     for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
-        spread->depth_mm[k] = self->of[DEPTH].found[k] / 1000.0;
-        spread->sigma_mm[k] = self->of[SIGMA].found[k] / 1000.0;
+        spread->depth_mm[k] = self->quantiles[DEPTH].found[k] / 1000.0;
+        spread->sigma_mm[k] = self->quantiles[SIGMA].found[k] / 1000.0;
     }
     free(self);
     return true;

@@ -52,14 +52,14 @@ both cameras_at(const synthetic::ZoomPlan &plan, const synthetic::ZoomViews &vie
     both result;
     zoom_state state{};
     for (int side = 0; side < 2; side++) {
-        const synthetic::ZoomCamera &of = views.rig.camera[side];
-        ZoomMoment moment{zoom, synthetic::focus_of(of.lens, zoom, 1800),
+        const synthetic::ZoomCamera &zoom_camera = views.rig.camera[side];
+        ZoomMoment moment{zoom, synthetic::focus_of(zoom_camera.lens, zoom, 1800),
                           synthetic::toe_in_rad(plan, side)};
         state.side[side].zoom_counts = moment.zoom;
         state.side[side].focus_counts = moment.focus;
         state.side[side].pan_rad = moment.pan_rad;
         moment.pan_rad += views.pan_off_rad[side];
-        result.truth[side] = synthetic::camera_at(of, moment);
+        result.truth[side] = synthetic::camera_at(zoom_camera, moment);
     }
     result.state = state;
     zoom_pair_at(solution.rig->camera, &state, &result.found);
@@ -261,11 +261,11 @@ outcome solve_rigs(const char *what, const synthetic::ZoomPlan &plan, int rigs,
 }
 
 // Error bars agree with the errors. States of one rig are not independent, so it takes many rigs.
-void check_scores(const scores &of) {
-    if (of.count >= 400 && synthetic::draws(1) >= 40) {
-        CHECK(of.rms() > 0.8);
-        CHECK(of.rms() < 1.25);
-        CHECK(of.covered() > 0.92);
+void check_scores(const scores &total) {
+    if (total.count >= 400 && synthetic::draws(1) >= 40) {
+        CHECK(total.rms() > 0.8);
+        CHECK(total.rms() < 1.25);
+        CHECK(total.covered() > 0.92);
     }
 }
 

@@ -23,14 +23,14 @@ struct single {
 
 std::vector<single> singles_of(const zoom_page &page, size_t side) {
     std::vector<single> list;
-    const calib::zoom_side &of = page.result->problem.side[side];
+    const calib::zoom_side &zoom_side = page.result->problem.side[side];
     for (const calib::zoom_setting &one : page.result->settings) {
         const calib::solution &alone = one.alone[side];
         if (alone.solved) {
-            list.push_back(
-                {of.settings[size_t(one.setting[side])],
-                 calib::focal_at_infinity(alone.camera[0].fx_px, of.pixel_mm, one.focused_mm[side]),
-                 alone.sigma.focal_px[0]});
+            list.push_back({zoom_side.settings[size_t(one.setting[side])],
+                            calib::focal_at_infinity(alone.camera[0].fx_px, zoom_side.pixel_mm,
+                                                     one.focused_mm[side]),
+                            alone.sigma.focal_px[0]});
         }
     }
     return list;

@@ -97,13 +97,13 @@ void check_type(const import_file &file) {
 }
 
 lens read_lens(const import_file &file, const settings &from, const std::string &prefix) {
-    const auto of = [&](const char *name) { return prefix + "." + name; };
+    const auto named = [&](const char *name) { return prefix + "." + name; };
     lens camera{};
     import_camera_matrix(file, prefix,
-                         {from.number(of("fx")), 0, from.number(of("cx")), 0, from.number(of("fy")),
-                          from.number(of("cy")), 0, 0, 1},
+                         {from.number(named("fx")), 0, from.number(named("cx")), 0,
+                          from.number(named("fy")), from.number(named("cy")), 0, 0, 1},
                          &camera);
-    const auto term = [&](const char *name) { return from.number_or_zero(of(name)); };
+    const auto term = [&](const char *name) { return from.number_or_zero(named(name)); };
     if (is_equidistant(file)) {
         import_equidistant(file, prefix, {term("k1"), term("k2"), term("k3"), term("k4")}, &camera);
     } else {
