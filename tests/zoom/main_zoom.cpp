@@ -108,9 +108,9 @@ void try_board(const zoom_calibration &calibration, const Moment &moment, const 
     const BoardSeen board = board_of(moment, 1 + kPrint * noise.gauss(), kCornerPx, noise);
     adjust_target target = {};
     target.points = int(board.points.size());
-    target.sights = int(board.sights.size());
+    target.observations = int(board.observations.size());
     target.point_mm = reinterpret_cast<const double(*)[3]>(board.points.data());
-    target.sight = board.sights.data();
+    target.observation = board.observations.data();
     target.sigma_px = kCornerPx;
     if (!adjust_target_place(adjustment.view, &target)) {
         result.failed++;

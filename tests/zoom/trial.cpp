@@ -188,9 +188,9 @@ BoardSeen board_of(const Moment &moment, double scale, double noise_px, simrig::
         const world::Vec3 point = moment.truth[0].world_camera * world::Vec3{0, 0, kDepthMm - 10} +
                                   turn * world::Vec3{scale * x, scale * y, 0};
         for (int side = 0; side < 2; side++) {
-            target_sight sight = {side, int(board.points.size()), {}};
-            if (sees(moment.truth[side], point, noise_px, noise, sight.pixel_px)) {
-                board.sights.push_back(sight);
+            target_observation observation = {side, int(board.points.size()), {}};
+            if (sees(moment.truth[side], point, noise_px, noise, observation.pixel_px)) {
+                board.observations.push_back(observation);
             }
         }
         board.points.push_back({x, y, 0});
@@ -198,8 +198,8 @@ BoardSeen board_of(const Moment &moment, double scale, double noise_px, simrig::
     return board;
 }
 
-self_calibration begin(const zoom_calibration &calibration, const std::vector<zoom_state> &states,
-                       Memory &memory) {
+adjustment begin(const zoom_calibration &calibration, const std::vector<zoom_state> &states,
+                 Memory &memory) {
     adjustment adjustment;
     if (adjustment_begin(&calibration, states.data(), int(states.size()), &memory.pool,
                          &adjustment) != 0) {

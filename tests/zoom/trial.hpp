@@ -67,12 +67,12 @@ double depth_sigma_mm(const adjustment &adjustment, int state);
 /// `scale`.
 struct BoardSeen {
     std::vector<std::array<double, 3>> points;
-    std::vector<target_sight> sights;
+    std::vector<target_observation> observations;
 };
 BoardSeen board_of(const Moment &moment, double scale, double noise_px, simrig::Noise &noise);
 
-self_calibration begin(const zoom_calibration &calibration, const std::vector<zoom_state> &states,
-                       Memory &memory);
+adjustment begin(const zoom_calibration &calibration, const std::vector<zoom_state> &states,
+                 Memory &memory);
 
 }  // namespace zoom_study
 
