@@ -37,15 +37,15 @@ struct left_out {
 };
 
 // The ray of a corner in the instrument's frame; false where the pixel has none.
-bool ray_of(const zoom_problem &problem, const zoom_eye &eye, int camera,
+bool ray_of(const zoom_problem &problem, const posed_camera &posed, int camera,
             const bundle_corner &corner, double direction[3]) {
-    const lens lens = lens_from_state(problem.side[size_t(camera)].frame, eye.lens);
+    const lens lens = lens_from_state(problem.side[size_t(camera)].frame, posed.lens);
     const double pixel[2] = {corner.x_px, corner.y_px};
     double ray[3];
     if (!lens_ray(&lens, pixel, ray)) {
         return false;
     }
-    geometry_rotate_back(eye.T_camera_instrument.R, ray, direction);
+    geometry_rotate_back(posed.T_camera_instrument.R, ray, direction);
     return true;
 }
 
@@ -53,10 +53,10 @@ bool ray_of(const zoom_problem &problem, const zoom_eye &eye, int camera,
 void add_epipolar(const zoom_problem &problem, const zoom_layout &layout,
                   const zoom_estimate &estimate, size_t capture,
                   const std::array<bundle_view, CAMERAS> &views, left_out *sum) {
-    const zoom_eye eye[CAMERAS] = {eye_of(problem, layout, estimate, capture, LEFT),
-                                   eye_of(problem, layout, estimate, capture, RIGHT)};
-    const rigid back[CAMERAS] = {inverse(eye[LEFT].T_camera_instrument),
-                                 inverse(eye[RIGHT].T_camera_instrument)};
+    const posed_camera posed[CAMERAS] = {fitted_camera(problem, layout, estimate, capture, LEFT),
+                                         fitted_camera(problem, layout, estimate, capture, RIGHT)};
+    const rigid back[CAMERAS] = {inverse(posed[LEFT].T_camera_instrument),
+                                 inverse(posed[RIGHT].T_camera_instrument)};
     std::map<int, const bundle_corner *> left;
     for (const bundle_corner &corner : views[LEFT].corners) {
         if (views[LEFT].used && corner.used) {
@@ -68,13 +68,13 @@ void add_epipolar(const zoom_problem &problem, const zoom_layout &layout,
         double a[3], b[3];
         geometry_midpoint met;
         if (!views[RIGHT].used || !corner.used || other == left.end() ||
-            !ray_of(problem, eye[LEFT], LEFT, *other->second, a) ||
-            !ray_of(problem, eye[RIGHT], RIGHT, corner, b) ||
+            !ray_of(problem, posed[LEFT], LEFT, *other->second, a) ||
+            !ray_of(problem, posed[RIGHT], RIGHT, corner, b) ||
             !geometry_rays_midpoint(back[LEFT].t_mm, a, back[RIGHT].t_mm, b, &met)) {
             continue;
         }
         const double off_px =
-            met.miss_mm / (met.t * geometry_norm(b)) * std::exp(eye[RIGHT].lens.value[LOG_FOCAL]);
+            met.miss_mm / (met.t * geometry_norm(b)) * std::exp(posed[RIGHT].lens.value[LOG_FOCAL]);
         sum->epipolar_px += off_px * off_px;
         sum->corners++;
     }
@@ -133,11 +133,12 @@ std::vector<cell> cells_of(const zoom_solution &solution) {
         for (int camera = 0; camera < CAMERAS; camera++) {
             const bundle_view &view = problem.captures[i].view[size_t(camera)];
             const lens_frame &frame = problem.side[size_t(camera)].frame;
-            const zoom_eye eye = eye_of(problem, solution.layout, solution.estimate, i, camera);
+            const posed_camera posed =
+                fitted_camera(problem, solution.layout, solution.estimate, i, camera);
             for (const bundle_corner &corner : view.corners) {
                 double r[2];
                 if (!view.used || !corner.used ||
-                    !zoom_residual(problem, solution.layout, solution.estimate, eye, i, camera,
+                    !zoom_residual(problem, solution.layout, solution.estimate, posed, i, camera,
                                    corner, r)) {
                     continue;
                 }
@@ -203,11 +204,11 @@ void check_baseline(const zoom_solution &solution, std::vector<std::string> *war
 void check_poses(const zoom_solution &solution, std::vector<std::string> *warnings) {
     double turned_rad = 0;
     for (size_t i = 0; i < solution.problem.captures.size(); i++) {
-        const zoom_eye eye[CAMERAS] = {
-            eye_of(solution.problem, solution.layout, solution.estimate, i, LEFT),
-            eye_of(solution.problem, solution.layout, solution.estimate, i, RIGHT)};
-        turned_rad = std::max(turned_rad, turn_between_rad(eye[LEFT].T_camera_instrument,
-                                                           eye[RIGHT].T_camera_instrument));
+        const posed_camera posed[CAMERAS] = {
+            fitted_camera(solution.problem, solution.layout, solution.estimate, i, LEFT),
+            fitted_camera(solution.problem, solution.layout, solution.estimate, i, RIGHT)};
+        turned_rad = std::max(turned_rad, turn_between_rad(posed[LEFT].T_camera_instrument,
+                                                           posed[RIGHT].T_camera_instrument));
     }
     if (turned_rad > TURNED_RAD) {
         warnings->push_back(sentence("the cameras would be turned by %.0f degrees from each other",

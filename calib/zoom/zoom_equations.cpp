@@ -116,7 +116,7 @@ class place_sum {
 
     void add_focused(const one_view &view) {
         const focus_row row =
-            focus_row_of(problem_, layout_, view.capture, view.camera, view.block.eye,
+            focus_row_of(problem_, layout_, view.capture, view.camera, view.block.posed,
                          estimate_.T_instrument_board[problem_.captures[view.capture].place]);
         const double weight = 1 / (prior_.focused_sigma * prior_.focused_sigma);
         for (size_t i = 0; i < row.columns.size(); i++) {

@@ -59,7 +59,7 @@ class expecting {
 
     expected_sigmas with_board(const board &board) {
         std::vector<point3> points;
-        std::vector<target_sight> sights;
+        std::vector<target_observation> observations;
         for (int i = 0; i < board.corner_count(); i++) {
             const double x = (i % board.columns - 0.5 * (board.columns - 1)) * board.square_mm;
             const double y = (i / board.columns - 0.5 * (board.rows - 1)) * board.square_mm;
@@ -69,18 +69,19 @@ class expecting {
             adjust_track track{};
             if (see(seen_mm, 0, 1, &track)) {
                 for (int side = 0; side < 2; side++) {
-                    sights.push_back({side, i, {track.pixel_px[side][0], track.pixel_px[side][1]}});
+                    observations.push_back(
+                        {side, i, {track.pixel_px[side][0], track.pixel_px[side][1]}});
                 }
             }
         }
         adjust_target target{};
         target.points = int(points.size());
-        target.sights = int(sights.size());
+        target.observations = int(observations.size());
         target.point_mm = reinterpret_cast<const double(*)[3]>(points.data());
-        target.sight = sights.data();
+        target.observation = observations.data();
         target.sigma_px = BOARD_PX;
         const double square_px = adjustment_.view[0].lens.fx_px * board.square_mm / depth_mm_;
-        if (square_px < SMALLEST_SQUARE_PX || int(sights.size()) < 2 * FEWEST_CORNERS ||
+        if (square_px < SMALLEST_SQUARE_PX || int(observations.size()) < 2 * FEWEST_CORNERS ||
             !adjust_target_place(adjustment_.view, &target)) {
             return {};
         }

@@ -155,45 +155,46 @@ double focal_at(const zoom_problem &problem, const zoom_layout &layout, const do
            effect_of(layout, shared, camera, ZOOM_FOCAL, setting);
 }
 
-zoom_eye eye_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
-                const zoom_moment &moment, const zoom_latents &latent) {
-    const int camera = moment.camera;
+posed_camera camera_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
+                       const zoom_view_state &view_state, const zoom_latents &latent) {
+    const int camera = view_state.camera;
     const zoom_side &side = problem.side[size_t(camera)];
-    zoom_eye eye;
-    eye.focal_px = std::fmax(1, focal_at(problem, layout, shared, camera, moment.setting,
-                                         moment.axes.zoom_counts + latent[LATENT_READING]));
-    const double u = zoom_unit(side.log_focal, std::log(eye.focal_px));
+    posed_camera posed;
+    posed.focal_px = std::fmax(1, focal_at(problem, layout, shared, camera, view_state.setting,
+                                           view_state.axes.zoom_counts + latent[LATENT_READING]));
+    const double u = zoom_unit(side.log_focal, std::log(posed.focal_px));
     double basis[ZOOM_TERMS_MAX];
     chebyshev(u, ZOOM_TERMS_MAX, basis);
     double pupil_mm = 0;
     for (int function = ZOOM_FOCUS_DIOPTRE; function < ZOOM_FUNCTIONS; function++) {
         const double value = sum_of_terms(layout, shared, camera, function, basis) +
-                             effect_of(layout, shared, camera, function, moment.setting);
+                             effect_of(layout, shared, camera, function, view_state.setting);
         if (function == ZOOM_FOCUS_DIOPTRE) {
-            eye.focus_dioptre = value;
+            posed.focus_dioptre = value;
         } else if (function == ZOOM_PUPIL) {
             pupil_mm = value;
         } else {
-            eye.lens.value[size_t(zoom_lens_parameter(function))] = value;
+            posed.lens.value[size_t(zoom_lens_parameter(function))] = value;
         }
     }
-    eye.lens.value[CENTRE_X] += latent[LATENT_CENTRE_X];
-    eye.lens.value[CENTRE_Y] += latent[LATENT_CENTRE_Y];
-    chebyshev(zoom_unit(side.focus, moment.axes.focus_counts), ZOOM_FOCUS_TERMS + 1, basis);
+    posed.lens.value[CENTRE_X] += latent[LATENT_CENTRE_X];
+    posed.lens.value[CENTRE_Y] += latent[LATENT_CENTRE_Y];
+    chebyshev(zoom_unit(side.focus, view_state.axes.focus_counts), ZOOM_FOCUS_TERMS + 1, basis);
     for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
-        eye.focus_dioptre += shared[layout.focus_at(camera) + i] * basis[i + 1];
+        posed.focus_dioptre += shared[layout.focus_at(camera) + i] * basis[i + 1];
     }
-    const double stretch = 1 - eye.focal_px * side.pixel_mm * 1e-3 * eye.focus_dioptre;
-    eye.lens.value[LOG_FOCAL] = std::log(eye.focal_px / std::fmax(0.1, stretch));
+    const double stretch = 1 - posed.focal_px * side.pixel_mm * 1e-3 * posed.focus_dioptre;
+    posed.lens.value[LOG_FOCAL] = std::log(posed.focal_px / std::fmax(0.1, stretch));
 
     double mount[ZOOM_MOUNT_PARAMETERS];
     for (int i = 0; i < ZOOM_MOUNT_PARAMETERS; i++) {
         const int place = layout.mount_at(camera, i);
         mount[i] = place < 0 ? 0 : shared[place];
     }
-    const double angle = moment.axes.pan_rad * (1 + mount[ZOOM_PAN_SCALE]) +
-                         (moment.visit < 0 ? 0 : shared[layout.pan_at(camera, moment.visit)]) +
-                         latent[LATENT_PAN];
+    const double angle =
+        view_state.axes.pan_rad * (1 + mount[ZOOM_PAN_SCALE]) +
+        (view_state.visit < 0 ? 0 : shared[layout.pan_at(camera, view_state.visit)]) +
+        latent[LATENT_PAN];
     const double direction[3] = {mount[ZOOM_AXIS_DIRECTION_X], 1, mount[ZOOM_AXIS_DIRECTION_Z]};
     const rigid turn = turn_about(direction, angle);
     const rigid still = turned({}, mount + ZOOM_ROTATION_X);
@@ -209,11 +210,11 @@ zoom_eye eye_at(const zoom_problem &problem, const zoom_layout &layout, const do
         T_instrument_camera.t_mm[i] =
             point[i] + moved[i] + T_instrument_camera.R[3 * i + 2] * pupil_mm;
     }
-    eye.T_camera_instrument = inverse(T_instrument_camera);
-    return eye;
+    posed.T_camera_instrument = inverse(T_instrument_camera);
+    return posed;
 }
 
-zoom_moment moment_of(const zoom_problem::capture &capture, int camera) {
+zoom_view_state view_state_of(const zoom_problem::capture &capture, int camera) {
     return {camera, capture.setting[size_t(camera)], capture.visit, capture.axes[size_t(camera)]};
 }
 

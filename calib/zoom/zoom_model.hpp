@@ -125,22 +125,22 @@ struct zoom_estimate {
     std::vector<std::array<zoom_latents, CAMERAS>> latent;  // by capture
 };
 
-/// One camera at one setting.
-struct zoom_eye {
+/// One camera at one setting: lens and pose.
+struct posed_camera {
     lens_state lens;
     rigid T_camera_instrument;
     double focal_px = 0;       // focused at infinity
     double focus_dioptre = 0;  // 1/m
 };
 
-struct zoom_moment {
+struct zoom_view_state {
     int camera;
     int setting, visit;  // -1: none, without its deviations
     zoom_axes axes;
 };
 
-zoom_eye eye_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
-                const zoom_moment &moment, const zoom_latents &latent);
+posed_camera camera_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
+                       const zoom_view_state &view_state, const zoom_latents &latent);
 
 /// Focal length in px, focused at infinity.
 double focal_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
@@ -152,8 +152,8 @@ double zoom_unit(const zoom_range &range, double value);
 /// T_0(u) to T_count-1(u).
 void chebyshev(double u, int count, double *value);
 
-/// The moment of one view of a capture.
-zoom_moment moment_of(const zoom_problem::capture &capture, int camera);
+/// The state of one view of a capture.
+zoom_view_state view_state_of(const zoom_problem::capture &capture, int camera);
 
 }  // namespace calib
 

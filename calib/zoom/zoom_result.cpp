@@ -119,13 +119,14 @@ void describe_data(zoom_solution *solution) {
     double squares = 0;
     for (size_t i = 0; i < problem.captures.size(); i++) {
         for (int camera = 0; camera < CAMERAS; camera++) {
-            const zoom_eye eye = eye_of(problem, solution->layout, solution->estimate, i, camera);
+            const posed_camera posed =
+                fitted_camera(problem, solution->layout, solution->estimate, i, camera);
             const bundle_view &view = problem.captures[i].view[size_t(camera)];
             for (const bundle_corner &corner : view.corners) {
                 double r[2];
                 const bool used = view.used && corner.used &&
-                                  zoom_residual(problem, solution->layout, solution->estimate, eye,
-                                                i, camera, corner, r);
+                                  zoom_residual(problem, solution->layout, solution->estimate,
+                                                posed, i, camera, corner, r);
                 squares += used ? r[0] * r[0] + r[1] * r[1] : 0;
                 (used ? out.corners : out.rejected_corners)++;
             }

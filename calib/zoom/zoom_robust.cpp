@@ -39,13 +39,13 @@ class view_judge {
 
     void judge(size_t capture, int camera, bundle_view *view,
                std::vector<zoom_rejection> *rejections) const {
-        const zoom_eye eye = eye_of(problem_, layout_, estimate_, capture, camera);
+        const posed_camera posed = fitted_camera(problem_, layout_, estimate_, capture, camera);
         std::vector<double> off_px;
         size_t wrong = 0;
         for (bundle_corner &corner : view->corners) {
             double r[2];
             const bool seen =
-                zoom_residual(problem_, layout_, estimate_, eye, capture, camera, corner, r);
+                zoom_residual(problem_, layout_, estimate_, posed, capture, camera, corner, r);
             off_px.push_back(seen ? std::hypot(r[0], r[1]) : INFINITY);
             corner.used = off_px.back() <= limit_ * corner.sigma_px;
             wrong += !corner.used;
@@ -56,7 +56,7 @@ class view_judge {
                      count >= MIN_CORNERS + 2 * wrong;
         if (!view->used && count > 0) {
             rejections->push_back({capture, camera, -1, median_of(off_px),
-                                   reason_of(capture, camera, *view, eye, median_of(off_px))});
+                                   reason_of(capture, camera, *view, posed, median_of(off_px))});
         }
         for (size_t i = 0; i < count && view->used; i++) {
             if (!view->corners[i].used) {
@@ -69,29 +69,29 @@ class view_judge {
   private:
     // Whether the corners are those of a board at any place, as this camera sees them.
     bool fits_alone(size_t capture, int camera, const bundle_view &view,
-                    const zoom_eye &eye) const {
+                    const posed_camera &posed) const {
         bundle alone = problem_.boards[problem_.captures[capture].board][size_t(camera)];
         alone.cameras = 1;
         bundle_state state;
-        state.lens[LEFT] = eye.lens;
+        state.lens[LEFT] = posed.lens;
         both_views views;
         views[LEFT] = view;
         views[LEFT].used = true;
         for (bundle_corner &corner : views[LEFT].corners) {
             corner.used = true;
         }
-        rigid pose = eye.T_camera_instrument *
+        rigid pose = posed.T_camera_instrument *
                      estimate_.T_instrument_board[problem_.captures[capture].place];
         const double loss = fit_pose_either_way(alone, views, state, 3, &pose);
         return loss >= 0 && loss < 0.25 * limit_ * limit_;
     }
 
-    std::string reason_of(size_t capture, int camera, const bundle_view &view, const zoom_eye &eye,
-                          double off_px) const {
+    std::string reason_of(size_t capture, int camera, const bundle_view &view,
+                          const posed_camera &posed, double off_px) const {
         if (view.corners.size() < MIN_CORNERS) {
             return "too few corners";
         }
-        if (!std::isfinite(off_px) || !fits_alone(capture, camera, view, eye)) {
+        if (!std::isfinite(off_px) || !fits_alone(capture, camera, view, posed)) {
             return "its corners are not those of this board: another board, or numbered wrongly";
         }
         return px_text(off_px) +
@@ -125,11 +125,11 @@ double zoom_robust_scale(const zoom_problem &problem, const zoom_layout &layout,
     for (size_t i = 0; i < problem.captures.size(); i++) {
         for (int camera = 0; camera < CAMERAS; camera++) {
             const bundle_view &view = problem.captures[i].view[size_t(camera)];
-            const zoom_eye eye = eye_of(problem, layout, estimate, i, camera);
+            const posed_camera posed = fitted_camera(problem, layout, estimate, i, camera);
             for (const bundle_corner &corner : view.corners) {
                 double r[2];
                 if (view.used && corner.used &&
-                    zoom_residual(problem, layout, estimate, eye, i, camera, corner, r)) {
+                    zoom_residual(problem, layout, estimate, posed, i, camera, corner, r)) {
                     lengths.push_back(std::hypot(r[0], r[1]) / corner.sigma_px);
                 }
             }

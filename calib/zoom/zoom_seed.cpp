@@ -334,8 +334,8 @@ void seed_mounts(const std::vector<zoom_setting> &settings, const zoom_problem &
                 continue;
             }
             const zoom_problem::capture &capture = problem.captures[one.captures[i]];
-            const zoom_eye left =
-                eye_at(problem, layout, shared->data(), moment_of(capture, LEFT), {});
+            const posed_camera left =
+                camera_at(problem, layout, shared->data(), view_state_of(capture, LEFT), {});
             const rigid T_instrument_right =
                 inverse(left.T_camera_instrument) *
                 (first.T_left_board[i] * inverse(second.T_left_board[i]));
@@ -390,8 +390,8 @@ void seed_places(const zoom_observations &seen, const std::vector<zoom_setting> 
             rigid middle;
             middle.t_mm[0] = 0.5 * (target.columns - 1) * target.square_mm;
             middle.t_mm[1] = 0.5 * (target.rows - 1) * target.square_mm;
-            const zoom_eye left =
-                eye_at(*problem, layout, estimate->shared.data(), moment_of(capture, LEFT), {});
+            const posed_camera left = camera_at(*problem, layout, estimate->shared.data(),
+                                                view_state_of(capture, LEFT), {});
             estimate->T_instrument_board[capture.place] =
                 inverse(left.T_camera_instrument) * (alone.T_left_board[i] * middle);
         }

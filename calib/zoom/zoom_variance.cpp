@@ -165,11 +165,11 @@ double corner_noise_ratio(const zoom_problem &problem, const zoom_layout &layout
             if (!view.used) {
                 continue;
             }
-            const zoom_eye eye = eye_of(problem, layout, estimate, i, camera);
+            const posed_camera posed = fitted_camera(problem, layout, estimate, i, camera);
             for (const bundle_corner &corner : view.corners) {
                 double r[2];
                 if (corner.used &&
-                    zoom_residual(problem, layout, estimate, eye, i, camera, corner, r)) {
+                    zoom_residual(problem, layout, estimate, posed, i, camera, corner, r)) {
                     squares += (r[0] * r[0] + r[1] * r[1]) / (corner.sigma_px * corner.sigma_px);
                     residuals += 2;
                 }

@@ -12,7 +12,7 @@ namespace {
 
 const zoom_latents LATENT_STEP = {1e-3, 0.1, 0.1, 1e-5};
 
-void difference(const zoom_eye &above, const zoom_eye &below, double step, double *column) {
+void difference(const posed_camera &above, const posed_camera &below, double step, double *column) {
     for (int i = 0; i < VIEW_POSE_AT; i++) {
         column[i] = (above.lens.value[size_t(i)] - below.lens.value[size_t(i)]) / (2 * step);
     }
@@ -35,7 +35,7 @@ void difference(const zoom_eye &above, const zoom_eye &below, double step, doubl
 matrix derivatives(const zoom_problem &problem, const zoom_layout &layout,
                    const zoom_estimate &estimate, size_t capture, int camera,
                    const std::vector<int> &columns) {
-    const zoom_moment moment = moment_of(problem.captures[capture], camera);
+    const zoom_view_state view_state = view_state_of(problem.captures[capture], camera);
     const zoom_latents &latent = estimate.latent[capture][size_t(camera)];
     std::vector<double> shared = estimate.shared;
     matrix result(VIEW_BOARD_AT, long(columns.size()) + LATENTS);
@@ -44,9 +44,9 @@ matrix derivatives(const zoom_problem &problem, const zoom_layout &layout,
         const double middle = value;
         const double step = layout.step(columns[i]);
         value = middle + step;
-        const zoom_eye above = eye_at(problem, layout, shared.data(), moment, latent);
+        const posed_camera above = camera_at(problem, layout, shared.data(), view_state, latent);
         value = middle - step;
-        const zoom_eye below = eye_at(problem, layout, shared.data(), moment, latent);
+        const posed_camera below = camera_at(problem, layout, shared.data(), view_state, latent);
         value = middle;
         difference(above, below, step, result.col(long(i)).data());
     }
@@ -54,8 +54,8 @@ matrix derivatives(const zoom_problem &problem, const zoom_layout &layout,
         zoom_latents above = latent, below = latent;
         above[i] += LATENT_STEP[i];
         below[i] -= LATENT_STEP[i];
-        difference(eye_at(problem, layout, shared.data(), moment, above),
-                   eye_at(problem, layout, shared.data(), moment, below), LATENT_STEP[i],
+        difference(camera_at(problem, layout, shared.data(), view_state, above),
+                   camera_at(problem, layout, shared.data(), view_state, below), LATENT_STEP[i],
                    result.col(long(columns.size() + i)).data());
     }
     return result;
@@ -82,24 +82,24 @@ void add_corner(const corner_rows &rows, double weight, view_block *sum) {
 
 }  // namespace
 
-zoom_eye eye_of(const zoom_problem &problem, const zoom_layout &layout,
-                const zoom_estimate &estimate, size_t capture, int camera) {
-    return eye_at(problem, layout, estimate.shared.data(),
-                  moment_of(problem.captures[capture], camera),
-                  estimate.latent[capture][size_t(camera)]);
+posed_camera fitted_camera(const zoom_problem &problem, const zoom_layout &layout,
+                           const zoom_estimate &estimate, size_t capture, int camera) {
+    return camera_at(problem, layout, estimate.shared.data(),
+                     view_state_of(problem.captures[capture], camera),
+                     estimate.latent[capture][size_t(camera)]);
 }
 
 bool zoom_residual(const zoom_problem &problem, const zoom_layout &layout,
-                   const zoom_estimate &estimate, const zoom_eye &eye, size_t capture, int camera,
-                   const bundle_corner &corner, double residual_px[2]) {
+                   const zoom_estimate &estimate, const posed_camera &posed, size_t capture,
+                   int camera, const bundle_corner &corner, double residual_px[2]) {
     const zoom_problem::capture &shot = problem.captures[capture];
     const bundle &board = problem.boards[shot.board][size_t(camera)];
     double on_board[3], in_instrument[3], in_camera[3], pixel[2];
     warped(board.points[size_t(corner.index)], estimate.shared.data() + layout.warp_at(shot.board),
            on_board);
     apply(estimate.T_instrument_board[shot.place], on_board, in_instrument);
-    apply(eye.T_camera_instrument, in_instrument, in_camera);
-    if (!project(board.frame[RIGHT], eye.lens, in_camera, pixel)) {
+    apply(posed.T_camera_instrument, in_instrument, in_camera);
+    if (!project(board.frame[RIGHT], posed.lens, in_camera, pixel)) {
         return false;
     }
     residual_px[0] = pixel[0] - corner.x_px;
@@ -112,7 +112,7 @@ view_block view_block_of(const zoom_problem &problem, const zoom_layout &layout,
     const zoom_problem::capture &shot = problem.captures[capture];
     const bundle &board = problem.boards[shot.board][size_t(camera)];
     view_block block;
-    block.eye = eye_of(problem, layout, estimate, capture, camera);
+    block.posed = fitted_camera(problem, layout, estimate, capture, camera);
     block.columns = layout.columns(camera, shot.setting[size_t(camera)], shot.visit);
     block.by_column = derivatives(problem, layout, estimate, capture, camera, block.columns);
     block.normal = matrix::Zero(VIEW_PARAMETERS, VIEW_PARAMETERS);
@@ -120,9 +120,9 @@ view_block view_block_of(const zoom_problem &problem, const zoom_layout &layout,
     const double *warp = estimate.shared.data() + layout.warp_at(shot.board);
     for (const bundle_corner &corner : shot.view[size_t(camera)].corners) {
         corner_rows rows;
-        if (!corner.used || !make_corner_rows(board, RIGHT, corner, block.eye.lens,
+        if (!corner.used || !make_corner_rows(board, RIGHT, corner, block.posed.lens,
                                               estimate.T_instrument_board[shot.place],
-                                              block.eye.T_camera_instrument, warp, &rows)) {
+                                              block.posed.T_camera_instrument, warp, &rows)) {
             continue;
         }
         const double inverse = 1 / (corner.sigma_px * corner.sigma_px);
@@ -147,18 +147,18 @@ bool is_at_stop(const zoom_range &range, double counts) {
 }  // namespace
 
 focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, size_t capture,
-                       int camera, const zoom_eye &eye, const rigid &T_instrument_board) {
+                       int camera, const posed_camera &posed, const rigid &T_instrument_board) {
     const zoom_side &side = problem.side[size_t(camera)];
     const zoom_axes &axes = problem.captures[capture].axes[size_t(camera)];
     double middle[3];
-    apply(eye.T_camera_instrument, T_instrument_board.t_mm, middle);
+    apply(posed.T_camera_instrument, T_instrument_board.t_mm, middle);
     focus_row row;
     if (is_at_stop(side.focus, axes.focus_counts)) {
         return row;
     }
-    row.residual = eye.focus_dioptre - 1e3 / std::fmax(1, middle[2]);
+    row.residual = posed.focus_dioptre - 1e3 / std::fmax(1, middle[2]);
     double basis[ZOOM_TERMS_MAX];
-    chebyshev(zoom_unit(side.log_focal, std::log(eye.focal_px)), ZOOM_TERMS_MAX, basis);
+    chebyshev(zoom_unit(side.log_focal, std::log(posed.focal_px)), ZOOM_TERMS_MAX, basis);
     for (int i = 0; i < layout.estimated_terms(ZOOM_FOCUS_DIOPTRE); i++) {
         row.columns.push_back(layout.terms_at(camera, ZOOM_FOCUS_DIOPTRE) + i);
         row.derivatives.push_back(basis[i]);
@@ -185,8 +185,8 @@ double squares_of(const zoom_problem &problem, const zoom_layout &layout, const 
                 const double off = estimate.latent[index][size_t(camera)][i];
                 sum += sigma > 0 ? off * off / (sigma * sigma) : 0;
             }
-            const zoom_eye eye = eye_of(problem, layout, estimate, index, camera);
-            const double focus = focus_row_of(problem, layout, index, camera, eye,
+            const posed_camera posed = fitted_camera(problem, layout, estimate, index, camera);
+            const double focus = focus_row_of(problem, layout, index, camera, posed,
                                               estimate.T_instrument_board[place])
                                      .residual /
                                  prior.focused_sigma;
@@ -197,7 +197,7 @@ double squares_of(const zoom_problem &problem, const zoom_layout &layout, const 
                 if (!corner.used) {
                     continue;
                 }
-                if (!zoom_residual(problem, layout, estimate, eye, index, camera, corner, r)) {
+                if (!zoom_residual(problem, layout, estimate, posed, index, camera, corner, r)) {
                     return INFINITY;
                 }
                 const double square =

@@ -10,13 +10,13 @@
 
 namespace calib {
 
-zoom_eye eye_of(const zoom_problem &problem, const zoom_layout &layout,
-                const zoom_estimate &estimate, size_t capture, int camera);
+posed_camera fitted_camera(const zoom_problem &problem, const zoom_layout &layout,
+                           const zoom_estimate &estimate, size_t capture, int camera);
 
 /// Residual of one corner (predicted minus seen, px); false behind the camera.
 bool zoom_residual(const zoom_problem &problem, const zoom_layout &layout,
-                   const zoom_estimate &estimate, const zoom_eye &eye, size_t capture, int camera,
-                   const bundle_corner &corner, double residual_px[2]);
+                   const zoom_estimate &estimate, const posed_camera &posed, size_t capture,
+                   int camera, const bundle_corner &corner, double residual_px[2]);
 
 /// What a view's corners depend on: lens and pose of the camera, pose of the board, warp.
 enum {
@@ -28,7 +28,7 @@ enum {
 
 /// A view's corners as a quadratic form in the changes of those.
 struct view_block {
-    zoom_eye eye;
+    posed_camera posed;
     std::vector<int> columns;  // shared parameters that the camera depends on
     /// Lens and pose of the camera by each of them, and by the latents (last columns).
     matrix by_column;
@@ -49,7 +49,7 @@ struct focus_row {
     std::vector<double> derivatives;
 };
 focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, size_t capture,
-                       int camera, const zoom_eye &eye, const rigid &T_instrument_board);
+                       int camera, const posed_camera &posed, const rigid &T_instrument_board);
 
 /// Squares of one place's residuals, in standard deviations, and of its latents.
 double squares_of(const zoom_problem &problem, const zoom_layout &layout, const zoom_prior &prior,

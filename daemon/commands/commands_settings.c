@@ -108,7 +108,7 @@ static int load(const struct command_call *call, struct saved_settings *saved) {
 // ---- the commands
 
 /// Runs a command, so that a recording can be replayed without the store.
-static int give(const struct command_call *call, const char *line) {
+static int run_line(const struct command_call *call, const char *line) {
     const int error = command_give(call, line, NULL);
     if (error != 0 && error != ERROR_CANCELLED) {
         char why[256];
@@ -135,7 +135,7 @@ static int restore(const struct command_call *call, bool axes, struct saved_sett
     const size_t count = axes ? all : of_cameras;
     for (size_t i = 0; i < count && error == 0; i++) {
         daemon_progress(call, "restoring", (uint32_t)i, (uint32_t)count);
-        error = daemon_should_stop(call) ? ERROR_CANCELLED : give(call, lines[i]);
+        error = daemon_should_stop(call) ? ERROR_CANCELLED : run_line(call, lines[i]);
     }
     return error;
 }

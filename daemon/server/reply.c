@@ -87,7 +87,7 @@ static void record_unit(struct reply *self, const char *key, const char *unit) {
 
 /// Writes what precedes an item of text: indentation or comma, and the key. A group's items follow
 /// on separate lines, or on the same line inside a list.
-static void lead(struct reply *self, const char *key, bool group) {
+static void put_key(struct reply *self, const char *key, bool group) {
     const bool in_line = self->in_line[self->depth];
     if (in_line) {
         fputs(self->first[self->depth] ? "" : ", ", self->stream);
@@ -113,7 +113,7 @@ static void put_number(void *cookie, const char *key, double value, int decimals
         }
         return;
     }
-    lead(self, key, false);
+    put_key(self, key, false);
     // As it is typed: "f/8", but "40 mm".
     const bool leads = unit != NULL && unit[strlen(unit) - 1] == '/';
     fprintf(self->stream, "%s%.*f%s%s", leads ? unit : "", decimals, value,
@@ -128,7 +128,7 @@ static void put_text(void *cookie, const char *key, const char *value) {
         json_text(&self->json, key, value);
         return;
     }
-    lead(self, key, false);
+    put_key(self, key, false);
     for (const char *at = value; *at != '\0'; at++) {
         const bool control = (unsigned char)*at < ' ' || *at == 0x7F;
         fputc(control ? ' ' : *at, self->stream);
@@ -156,7 +156,7 @@ static void put_begin(void *cookie, const char *key, bool array) {
     if (self->request.json) {
         (array ? json_open_array : json_open_object)(&self->json, key);
     } else {
-        lead(self, key, true);
+        put_key(self, key, true);
     }
     const bool in_list = self->array[self->depth];
     const size_t end = self->path_end[self->depth];

@@ -32,7 +32,7 @@ const struct bridge_register *fpga_bridge_register(uint8_t index) {
     return NULL;
 }
 
-static bool can(const struct bridge_register *row, unsigned flag) {
+static bool has_flag(const struct bridge_register *row, unsigned flag) {
     return row != NULL && (row->flags & flag) != 0;
 }
 
@@ -140,7 +140,7 @@ int fpga_bridge_read(struct fpga_bridge *self, uint8_t index, uint16_t *value) {
 
 int fpga_bridge_read_block(struct fpga_bridge *self, uint8_t index, size_t count,
                            uint16_t *values) {
-    if (!can(fpga_bridge_register(index), BRIDGE_READ) || count < 1 ||
+    if (!has_flag(fpga_bridge_register(index), BRIDGE_READ) || count < 1 ||
         count > FPGA_BRIDGE_BLOCK_WORDS) {
         return ERROR_ARGUMENT;
     }
@@ -148,10 +148,10 @@ int fpga_bridge_read_block(struct fpga_bridge *self, uint8_t index, size_t count
 }
 
 int fpga_bridge_read_pair(struct fpga_bridge *self, uint8_t index, uint32_t *value) {
-    if (!can(fpga_bridge_register(index), BRIDGE_PAIR_HIGH)) {
+    if (!has_flag(fpga_bridge_register(index), BRIDGE_PAIR_HIGH)) {
         return ERROR_ARGUMENT;
     }
-    INVARIANT(can(fpga_bridge_register((uint8_t)(index + 1)), BRIDGE_PAIR_LOW));
+    INVARIANT(has_flag(fpga_bridge_register((uint8_t)(index + 1)), BRIDGE_PAIR_LOW));
     uint16_t words[2];
     const int error = read_words(self, index, 2, words);
     if (error == ERROR_OK) {
@@ -162,7 +162,7 @@ int fpga_bridge_read_pair(struct fpga_bridge *self, uint8_t index, uint32_t *val
 
 int fpga_bridge_write(struct fpga_bridge *self, uint8_t index, uint16_t value) {
     const struct bridge_register *row = fpga_bridge_register(index);
-    if (!can(row, BRIDGE_WRITE) || row->stored_mask == 0) {
+    if (!has_flag(row, BRIDGE_WRITE) || row->stored_mask == 0) {
         return ERROR_ARGUMENT;
     }
     if ((value & ~row->stored_mask) != 0 || value < row->min || value > row->max) {
@@ -173,7 +173,7 @@ int fpga_bridge_write(struct fpga_bridge *self, uint8_t index, uint16_t value) {
 
 int fpga_bridge_update(struct fpga_bridge *self, uint8_t index, uint16_t mask, uint16_t value) {
     const struct bridge_register *row = fpga_bridge_register(index);
-    if (!can(row, BRIDGE_WRITE) || row->stored_mask == 0) {
+    if (!has_flag(row, BRIDGE_WRITE) || row->stored_mask == 0) {
         return ERROR_ARGUMENT;
     }
     if ((value & ~mask) != 0) {
@@ -209,7 +209,7 @@ int fpga_bridge_write_field(struct fpga_bridge *self, struct fpga_bridge_field f
 
 int fpga_bridge_clear(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
     const struct bridge_register *row = fpga_bridge_register(index);
-    if (!can(row, BRIDGE_WRITE) || row->clear_mask == 0) {
+    if (!has_flag(row, BRIDGE_WRITE) || row->clear_mask == 0) {
         return ERROR_ARGUMENT;
     }
     if ((bits & ~row->clear_mask) != 0) {
@@ -228,7 +228,7 @@ int fpga_bridge_clear(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
 
 int fpga_bridge_clear_count(struct fpga_bridge *self, uint8_t index) {
     const struct bridge_register *row = fpga_bridge_register(index);
-    const bool counter = can(row, BRIDGE_WRITE) && can(row, BRIDGE_VOLATILE) &&
+    const bool counter = has_flag(row, BRIDGE_WRITE) && has_flag(row, BRIDGE_VOLATILE) &&
                          row->stored_mask == 0 && row->clear_mask == 0 && row->pulse_mask == 0;
     return counter ? write_once(self, index, 0) : ERROR_ARGUMENT;
 }
@@ -236,7 +236,7 @@ int fpga_bridge_clear_count(struct fpga_bridge *self, uint8_t index) {
 int fpga_bridge_start(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
     const struct bridge_register *row = fpga_bridge_register(index);
     // A word that starts an action would also set the stored bits: CTRL has its own function.
-    if (!can(row, BRIDGE_WRITE) || row->pulse_mask == 0 || row->stored_mask != 0) {
+    if (!has_flag(row, BRIDGE_WRITE) || row->pulse_mask == 0 || row->stored_mask != 0) {
         return ERROR_ARGUMENT;
     }
     if ((bits & ~row->pulse_mask) != 0) {
@@ -246,7 +246,7 @@ int fpga_bridge_start(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
 }
 
 int fpga_bridge_touch(struct fpga_bridge *self, uint8_t index, uint16_t *value) {
-    if (!can(fpga_bridge_register(index), BRIDGE_READ)) {
+    if (!has_flag(fpga_bridge_register(index), BRIDGE_READ)) {
         return ERROR_ARGUMENT;
     }
     INVARIANT(fpga_bridge_register(BRIDGE_IRQ_TEST)->stored_mask == 0);

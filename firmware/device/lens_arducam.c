@@ -99,8 +99,8 @@ static int read(struct lens_controller *self, unsigned lens, uint64_t deadline_u
     return error == ERROR_OK || error == ERROR_DEVICE ? error : ERROR_TIMEOUT;
 }
 
-static int go(struct lens_controller *self, unsigned lens, enum lens_axis axis, int32_t position,
-              uint64_t deadline_us) {
+static int go_to_position(struct lens_controller *self, unsigned lens, enum lens_axis axis,
+                          int32_t position, uint64_t deadline_us) {
     uint8_t bytes[] = {(uint8_t)axis, (uint8_t)(position >> 8), (uint8_t)position};
     const struct hal_i2c_message message = {
         .data = bytes, .bytes = sizeof bytes, .address = self->settings->address};
@@ -118,4 +118,4 @@ static uint64_t last_rx(const struct lens_controller *self) {
 }
 
 const struct lens_operations lens_arducam_operations = {
-    .open = open, .go = go, .read = read, .last_rx = last_rx};
+    .open = open, .go = go_to_position, .read = read, .last_rx = last_rx};

@@ -286,8 +286,8 @@ static int open(struct lens_controller *controller, unsigned number, uint64_t de
     return error == ERROR_OK ? read(controller, number, deadline_us, readings) : error;
 }
 
-static int go(struct lens_controller *controller, unsigned number, enum lens_axis axis,
-              int32_t position, uint64_t deadline_us) {
+static int go_to_position(struct lens_controller *controller, unsigned number, enum lens_axis axis,
+                          int32_t position, uint64_t deadline_us) {
     static const char commands[LENS_AXES] = {'Z', 'F', 'I'};
     return send(lens_v3lc_state(controller), number, commands[axis], position, deadline_us);
 }
@@ -298,4 +298,4 @@ static uint64_t last_rx(const struct lens_controller *controller) {
 }
 
 const struct lens_operations lens_v3lc_operations = {
-    .open = open, .go = go, .read = read, .last_rx = last_rx};
+    .open = open, .go = go_to_position, .read = read, .last_rx = last_rx};

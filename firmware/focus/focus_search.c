@@ -46,7 +46,7 @@ static double within_range(const struct focus_search *self, double position) {
 }
 
 // Towards the side that approaches begin from.
-static double back(const struct focus_search *self) {
+static double approach_side(const struct focus_search *self) {
     return self->options.from_above ? 1 : -1;
 }
 
@@ -66,7 +66,7 @@ static bool is_at_end(const struct focus_search *self, double position) {
 
 // ---- steps
 
-static struct focus_step go(struct focus_search *self, double position) {
+static struct focus_step move_to(struct focus_search *self, double position) {
     return (struct focus_step){FOCUS_STEP_GO, FOCUS_LEG_SWEEP, within_range(self, position), 0, 0,
                                false};
 }
@@ -78,7 +78,7 @@ static struct focus_step end(struct focus_search *self, const struct focus_event
     return (struct focus_step){.kind = FOCUS_STEP_END};
 }
 
-static struct focus_step give_back(struct focus_search *self, enum focus_verdict verdict) {
+static struct focus_step finish_at_start(struct focus_search *self, enum focus_verdict verdict) {
     self->result.verdict = verdict;
     self->phase = FOCUS_SEARCH_RETURN;
     return (struct focus_step){
@@ -110,7 +110,7 @@ static struct focus_step begin_cold(struct focus_search *self, double position) 
     self->result.second.height = 0;
     self->sweep_end = down ? options->min : options->max;
     self->phase = FOCUS_SEARCH_TO_START;
-    return go(self, down ? options->max : options->min);
+    return move_to(self, down ? options->max : options->min);
 }
 
 static struct focus_step begin_near(struct focus_search *self) {
@@ -122,9 +122,9 @@ static struct focus_step begin_near(struct focus_search *self) {
         (options->max - options->min) / 2,
         fmax(options->expected_half_range, fmax(flank, NEAR_FRAMES * options->counts_per_frame)));
     self->near_only = true;
-    self->sweep_end = within_range(self, options->expected - back(self) * half);
+    self->sweep_end = within_range(self, options->expected - approach_side(self) * half);
     self->phase = FOCUS_SEARCH_TO_START;
-    return go(self, options->expected + back(self) * (half + options->run_up));
+    return move_to(self, options->expected + approach_side(self) * (half + options->run_up));
 }
 
 struct focus_step focus_search_begin(struct focus_search *self,
@@ -227,7 +227,7 @@ static struct focus_step finish(struct focus_search *self, const struct focus_ev
                                 enum focus_verdict verdict) {
     if (focus_find_lights(self)) {
         self->result.blur_px = -1;  // of another place
-        return give_back(self, FOCUS_LIGHTS);
+        return finish_at_start(self, FOCUS_LIGHTS);
     }
     self->result.verdict = verdict;
     return end(self, event);
@@ -250,7 +250,7 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     const struct focus_peak *peak = &result->peak;
     double sharpness = 0, light = 0, deviation = 0;
     if (!step_mean(self, &sharpness, &light, &deviation)) {
-        return give_back(self, FOCUS_SCENE_CHANGED);
+        return finish_at_start(self, FOCUS_SCENE_CHANGED);
     }
     double before = 0;
     const double top = focus_find_at_peak(self, self->step_begin, &before);
@@ -290,7 +290,7 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
 static double stop_position(const struct focus_search *self, unsigned stop) {
     const double half = (self->pass_max - self->pass_min) / 2;
     const double middle = (self->pass_max + self->pass_min) / 2;
-    return middle + back(self) * half * (1 - 2.0 * stop / (STOPS - 1));
+    return middle + approach_side(self) * half * (1 - 2.0 * stop / (STOPS - 1));
 }
 
 static struct focus_step go_to_stop(struct focus_search *self) {
@@ -318,13 +318,13 @@ static struct focus_step begin_pass(struct focus_search *self, double half) {
     self->pass_max = within_range(self, peak->position + half);
     self->passes++;
     self->phase = FOCUS_SEARCH_TO_PASS;
-    const double start = back(self) > 0 ? self->pass_max : self->pass_min;
-    return go(self, start + back(self) * self->options.run_up);
+    const double start = approach_side(self) > 0 ? self->pass_max : self->pass_min;
+    return move_to(self, start + approach_side(self) * self->options.run_up);
 }
 
 static struct focus_step pass(struct focus_search *self) {
-    const double from = back(self) > 0 ? self->pass_max : self->pass_min;
-    const double to = back(self) > 0 ? self->pass_min : self->pass_max;
+    const double from = approach_side(self) > 0 ? self->pass_max : self->pass_min;
+    const double to = approach_side(self) > 0 ? self->pass_min : self->pass_max;
     const double spacing =
         fmax(self->options.counts_per_frame,
              fabs(from - to) / (self->near_only ? NEAR_PASS_SAMPLES : PASS_SAMPLES));
@@ -358,7 +358,7 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
     const bool textured = peak->floor > 4 * focus_find_least(self, self->finder);
     // Of a lens that is not known a guess may be far off.
     if (!self->wide && textured && options->blur_per_count_px <= 0) {
-        return give_back(self, FOCUS_SHARP_EVERYWHERE);
+        return finish_at_start(self, FOCUS_SHARP_EVERYWHERE);
     }
     // Texture everywhere, and no lens position that blurs it much: the best guess.
     if (!self->wide && textured && blur_px < 4 * sharp_px) {
@@ -369,11 +369,12 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
         }
     }
     if (!self->wide) {
-        return give_back(self, FOCUS_NO_CONTRAST);
+        return finish_at_start(self, FOCUS_NO_CONTRAST);
     }
     hump->at_edge = false;
     self->result.second.height = 0;
-    return options->curve_only ? give_back(self, verdict_of(self)) : approach(self, hump->position);
+    return options->curve_only ? finish_at_start(self, verdict_of(self))
+                               : approach(self, hump->position);
 }
 
 // A sweep for its curve only.
@@ -381,7 +382,7 @@ static struct focus_step end_curve(struct focus_search *self) {
     const struct focus_range range =
         focus_find_range(1u << FOCUS_LEG_SWEEP, self->finder, self->options.min, self->options.max);
     (void)focus_curve_fit(&self->curve, &range, &self->result.peak);
-    return give_back(self, verdict_of(self));
+    return finish_at_start(self, verdict_of(self));
 }
 
 // Whether the sweep itself shows where the top is: it came from the side of approach, with many
@@ -406,7 +407,7 @@ static struct focus_step after_sweep(struct focus_search *self, const struct foc
     focus_find_learn(self);
     const bool found = focus_find_choose(self);
     if (focus_find_peaks(self, peak) == 0) {
-        return give_back(self, FOCUS_NO_CONTRAST);
+        return finish_at_start(self, FOCUS_NO_CONTRAST);
     }
     if (!found) {
         return no_peak(self, event, peak);
@@ -437,7 +438,7 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
         focus_find_range(1u << leg, self->finder, self->pass_min - beyond, self->pass_max + beyond);
     struct focus_peak peaks[2];
     if (focus_curve_peaks(&self->curve, &range, peaks) == 0) {
-        return give_back(self, FOCUS_SCENE_CHANGED);
+        return finish_at_start(self, FOCUS_SCENE_CHANGED);
     }
     if (self->slow) {
         focus_find_learn_rest(self, range.min, range.max);

@@ -179,7 +179,7 @@ static void hold(struct rig *self, struct horn *horns, unsigned count, uint16_t 
 
 // ---- all together
 
-static bool there(const struct rig *self, const struct horn *horn) {
+static bool is_at_target(const struct rig *self, const struct horn *horn) {
     return !horn->limp && horn->actual_q4 == horn->goal_q4 &&
            self->camera[horn->side].pan_q4 == horn->goal_q4;
 }
@@ -192,7 +192,7 @@ static int turn(struct rig *self, struct horn *horns, unsigned count) {
     }
     unsigned still = 0;
     for (unsigned i = 0; i < count; i++) {
-        still += there(self, &horns[i]) ? 1 : 0;
+        still += is_at_target(self, &horns[i]) ? 1 : 0;
     }
     if (still == count) {
         for (unsigned i = 0; i < count && error == ERROR_OK; i++) {

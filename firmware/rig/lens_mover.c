@@ -105,13 +105,13 @@ static int begin_approach(struct rig *self, struct lens_mover *mover) {
 }
 
 // It is already at its target, approached from below.
-static bool there(const struct lens_mover *mover) {
+static bool is_at_target(const struct lens_mover *mover) {
     return !mover->forced && mover->lens->commanded[mover->axis] == mover->sign * mover->target &&
            distance(mover->middle, mover->target) <= mover->settings->tolerance_counts;
 }
 
 static int start(struct rig *self, struct lens_mover *mover) {
-    if (there(mover)) {
+    if (is_at_target(mover)) {
         mover->phase = LENS_MOVER_ARRIVED;
         return ERROR_OK;
     }

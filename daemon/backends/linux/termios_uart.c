@@ -90,7 +90,7 @@ static int discard(void *opaque) {
 }
 
 /// Whether the driver applied the settings that matter: tcsetattr returns 0 if it applied any.
-static bool took(int fd, const struct termios *wanted) {
+static bool settings_took_effect(int fd, const struct termios *wanted) {
     struct termios now;
     const tcflag_t control = CSIZE | PARENB | CSTOPB | CREAD | CRTSCTS;
     return tcgetattr(fd, &now) == 0 && (now.c_cflag & control) == (wanted->c_cflag & control) &&
@@ -113,7 +113,7 @@ static int make_raw(int fd, speed_t speed) {
         tcsetattr(fd, TCSANOW, &settings) != 0) {
         return errno == EINVAL ? ERROR_UNSUPPORTED : error_of(errno);
     }
-    if (!took(fd, &settings)) {
+    if (!settings_took_effect(fd, &settings)) {
         errno = EINVAL;
         return ERROR_UNSUPPORTED;
     }

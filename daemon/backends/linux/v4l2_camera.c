@@ -200,7 +200,7 @@ static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *trie
 
 /// Numbers the frame and counts the missing frames before it. A driver that does not count
 /// (constant number) yields no gaps.
-static void number(struct v4l2_camera *self, uint32_t driver_sequence) {
+static void count_frame(struct v4l2_camera *self, uint32_t driver_sequence) {
     const uint32_t step = self->has_sequence ? driver_sequence - self->driver_sequence : 1;
     const bool advances = step != 0 && step < UINT32_C(0x80000000);
     self->counts.gaps += advances ? step - 1 : 0;
@@ -271,7 +271,7 @@ static int requeue(struct v4l2_camera *self, unsigned index) {
 }
 
 /// Gives the driver the buffers of frames that are gone; new ones if it has none.
-static int supply(struct v4l2_camera *self) {
+static int requeue_free_buffers(struct v4l2_camera *self) {
     struct v4l2_stream *stream = &self->stream;
     unsigned queued = 0;
     int error = ERROR_OK;
@@ -294,7 +294,7 @@ static int supply(struct v4l2_camera *self) {
 static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t deadline_us,
                     struct hal_camera_frame *frame) {
     int tries = 0;
-    const int supplied = supply(self);
+    const int supplied = requeue_free_buffers(self);
     if (supplied != ERROR_OK) {
         return supplied;
     }
@@ -307,7 +307,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
         const uint64_t now_us = monotonic_now_us();
         self->alive_us = now_us;
         self->timeout_us = default_timeout_us(self);
-        number(self, filled.sequence);
+        count_frame(self, filled.sequence);
         struct hal_camera_frame got = {.faults = 0};
         set_times(self, &filled, now_us, &got);
         const bool late_enough = got.begin_us >= not_before_us;

@@ -143,14 +143,14 @@ static void report(const struct learner *self, unsigned done) {
     }
 }
 
-static int go(struct learner *self, int32_t position) {
+static int move_iris(struct learner *self, int32_t position) {
     return rig_lens_move_to(self->rig, 1u << self->side, LENS_IRIS, position);
 }
 
 // Whether the light at the open end is still the same.
 static int check_light(struct learner *self, int32_t position, double before) {
     double light = 0;
-    int error = go(self, position);
+    int error = move_iris(self, position);
     error = error == ERROR_OK ? expose(self, EXPOSURE_FIRST) : error;
     error = error == ERROR_OK ? read_light(self, &light) : error;
     if (error == ERROR_OK && fabs(light / before - 1) > light_change) {
@@ -172,7 +172,7 @@ static int learn(struct learner *self, struct lens_table *table) {
             axis->max - (axis->max - axis->min) * i / (RIG_IRIS_LEARN_POINTS - 1);
         double light = 0;
         report(self, (unsigned)i);
-        int error = go(self, position);
+        int error = move_iris(self, position);
         error = error == ERROR_OK ? read_light(self, &light) : error;
         if (error != ERROR_OK) {
             return error;
@@ -224,7 +224,7 @@ static int go_back(struct learner *self, int32_t position, int error) {
     if (error != ERROR_OK && error != ERROR_RANGE && error != ERROR_MOVED) {
         return error;
     }
-    const int back = go(self, position);
+    const int back = move_iris(self, position);
     self->rig->rejected = rejected;
     return error == ERROR_OK ? back : error;
 }

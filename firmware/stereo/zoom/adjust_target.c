@@ -18,17 +18,17 @@ struct normal {
     double pose[POSE][POSE], mixed[POSE][ADJUST_TERMS_MAX], side[POSE];
 };
 
-// One sight: residual, and derivatives with respect to view and pose.
+// One observation: residual, and derivatives with respect to view and pose.
 struct row {
     double residual[2], of_view[2][VIEW_TERMS], of_pose[2][POSE];
 };
 
 static bool look(const struct camera_view *view, const struct adjust_target *target,
-                 const struct target_sight *sight, struct row *row) {
+                 const struct target_observation *observation, struct row *row) {
     double arm[3], point[3], pixel[2], of_point[2][3];
-    const struct camera_view *camera = &view[sight->view];
-    INVARIANT(sight->point >= 0 && sight->point < target->points);
-    geometry_rotate(target->R_instrument_target, target->point_mm[sight->point], arm);
+    const struct camera_view *camera = &view[observation->view];
+    INVARIANT(observation->point >= 0 && observation->point < target->points);
+    geometry_rotate(target->R_instrument_target, target->point_mm[observation->point], arm);
     for (int i = 0; i < 3; i++) {
         point[i] = target->position_mm[i] + arm[i];
     }
@@ -39,7 +39,7 @@ static bool look(const struct camera_view *view, const struct adjust_target *tar
         return false;
     }
     for (int i = 0; i < 2; i++) {
-        row->residual[i] = sight->pixel_px[i] - pixel[i];
+        row->residual[i] = observation->pixel_px[i] - pixel[i];
         // Of the point's coordinates: x/z, y/z and 1/z are those of `far`.
         double of_world[3] = {of_point[i][0] * far.w, of_point[i][1] * far.w, 0};
         of_world[2] =
@@ -54,7 +54,7 @@ static bool look(const struct camera_view *view, const struct adjust_target *tar
     return true;
 }
 
-// Share of its squared limit by which a sight is off.
+// Share of its squared limit by which an observation is off.
 static double share_of(const struct adjust_target *target, const struct row *row) {
     const double limit = target->sigma_px * cauchy_sigmas;
     INVARIANT(limit > 0);
@@ -87,16 +87,16 @@ static bool weigh(const struct camera_view *view, struct adjust_target *target, 
     double square = 0;
     memset(n, 0, sizeof *n);
     *cost = 0;
-    for (int i = 0; i < target->sights; i++) {
+    for (int i = 0; i < target->observations; i++) {
         struct row row;
-        if (!look(view, target, &target->sight[i], &row)) {
+        if (!look(view, target, &target->observation[i], &row)) {
             return false;
         }
         add_pose(&row, weight_of(target, &row), n);
         square += row.residual[0] * row.residual[0] + row.residual[1] * row.residual[1];
         *cost += math_log(1 + share_of(target, &row));
     }
-    target->residual_px = sqrt(square / (2 * target->sights));
+    target->residual_px = sqrt(square / (2 * target->observations));
     return true;
 }
 
@@ -119,8 +119,8 @@ static void move(const struct normal *n, double damping, struct adjust_target *t
     }
 }
 
-// Moves the pose to the best agreement with the sights (Levenberg and Marquardt): if a length does
-// not fit, undamped steps overshoot.
+// Moves the pose to the best agreement with the observations (Levenberg and Marquardt): if a length
+// does not fit, undamped steps overshoot.
 static bool settle(const struct camera_view *view, struct adjust_target *target) {
     struct adjust_target best = *target;
     struct normal n, trial;
@@ -152,11 +152,11 @@ static bool settle(const struct camera_view *view, struct adjust_target *target)
 // The point where two cameras see a point of the target.
 static bool meet(const struct camera_view *view, const struct adjust_target *target, int point,
                  double result_mm[3]) {
-    const struct target_sight *seen[2] = {NULL, NULL};
-    for (int i = 0; i < target->sights; i++) {
-        const struct target_sight *sight = &target->sight[i];
-        if (sight->point == point && seen[sight->view % 2] == NULL) {
-            seen[sight->view % 2] = sight;
+    const struct target_observation *seen[2] = {NULL, NULL};
+    for (int i = 0; i < target->observations; i++) {
+        const struct target_observation *observation = &target->observation[i];
+        if (observation->point == point && seen[observation->view % 2] == NULL) {
+            seen[observation->view % 2] = observation;
         }
     }
     double ray[2][3];
@@ -294,11 +294,11 @@ void adjust_target_add(const struct camera_view *view, struct adjust_target *tar
     if (!settle(view, target)) {
         return;
     }
-    for (int s = 0; s < target->sights; s++) {
-        const int first = VIEW_TERMS * target->sight[s].view;
+    for (int s = 0; s < target->observations; s++) {
+        const int first = VIEW_TERMS * target->observation[s].view;
         INVARIANT(first + VIEW_TERMS <= terms);
         struct row row;
-        if (!look(view, target, &target->sight[s], &row)) {
+        if (!look(view, target, &target->observation[s], &row)) {
             continue;
         }
         const double weight = weight_of(target, &row);

@@ -13,16 +13,16 @@ extern "C" {
 #endif
 
 /// A point of a target in one view.
-struct target_sight {
+struct target_observation {
     int view, point;
     double pixel_px[2];
 };
 
 struct adjust_target {
-    int points, sights;
+    int points, observations;
     const double (*point_mm)[3];  // in the target's own frame
-    const struct target_sight *sight;
-    double sigma_px;  // of one coordinate of a sight
+    const struct target_observation *observation;
+    double sigma_px;  // of one coordinate of an observation
     // Pose, placed by adjust_target_place:
     double R_instrument_target[9], position_mm[3];
     double residual_px;  // rms of one coordinate, at the last fit

@@ -53,13 +53,13 @@ both cameras_at(const synthetic::ZoomPlan &plan, const synthetic::ZoomViews &vie
     zoom_state state{};
     for (int side = 0; side < 2; side++) {
         const synthetic::ZoomCamera &zoom_camera = views.rig.camera[side];
-        ZoomMoment moment{zoom, synthetic::focus_of(zoom_camera.lens, zoom, 1800),
-                          synthetic::toe_in_rad(plan, side)};
-        state.side[side].zoom_counts = moment.zoom;
-        state.side[side].focus_counts = moment.focus;
-        state.side[side].pan_rad = moment.pan_rad;
-        moment.pan_rad += views.pan_off_rad[side];
-        result.truth[side] = synthetic::camera_at(zoom_camera, moment);
+        ZoomMoment view_state{zoom, synthetic::focus_of(zoom_camera.lens, zoom, 1800),
+                              synthetic::toe_in_rad(plan, side)};
+        state.side[side].zoom_counts = view_state.zoom;
+        state.side[side].focus_counts = view_state.focus;
+        state.side[side].pan_rad = view_state.pan_rad;
+        view_state.pan_rad += views.pan_off_rad[side];
+        result.truth[side] = synthetic::camera_at(zoom_camera, view_state);
     }
     result.state = state;
     zoom_pair_at(solution.rig->camera, &state, &result.found);
@@ -331,21 +331,25 @@ TEST_CASE("the solver's cameras are those of the calibration that it writes") {
     CHECK(solution.rig->validation.held_out_px < 1);
     CHECK(solution.rig->validation.held_out_focal < 0.05);
     zoom_state state{};
-    const ZoomMoment moment[2] = {{431, 590, 0.05}, {577, 620, -0.09}};
+    const ZoomMoment view_state[2] = {{431, 590, 0.05}, {577, 620, -0.09}};
     for (int side = 0; side < 2; side++) {
-        state.side[side].zoom_counts = moment[side].zoom;
-        state.side[side].focus_counts = moment[side].focus;
-        state.side[side].pan_rad = moment[side].pan_rad;
+        state.side[side].zoom_counts = view_state[side].zoom;
+        state.side[side].focus_counts = view_state[side].focus;
+        state.side[side].pan_rad = view_state[side].pan_rad;
     }
     zoom_pair pair;
     zoom_pair_at(solution.rig->camera, &state, &pair);
     for (int side = 0; side < 2; side++) {
-        const calib::zoom_eye eye = calib::eye_at(
+        const calib::posed_camera posed = calib::camera_at(
             solution.problem, solution.layout, solution.estimate.shared.data(),
-            {side, -1, -1, {moment[side].zoom, moment[side].focus, moment[side].pan_rad}}, {});
+            {side,
+             -1,
+             -1,
+             {view_state[side].zoom, view_state[side].focus, view_state[side].pan_rad}},
+            {});
         const lens lens =
-            calib::lens_from_state(solution.problem.side[size_t(side)].frame, eye.lens);
-        const calib::rigid back = calib::inverse(eye.T_camera_instrument);
+            calib::lens_from_state(solution.problem.side[size_t(side)].frame, posed.lens);
+        const calib::rigid back = calib::inverse(posed.T_camera_instrument);
         CHECK(pair.side[side].lens.fx_px == doctest::Approx(lens.fx_px).epsilon(1e-9));
         CHECK(pair.side[side].lens.cx_px == doctest::Approx(lens.cx_px).epsilon(1e-9));
         CHECK(pair.side[side].lens.cy_px == doctest::Approx(lens.cy_px).epsilon(1e-9));
@@ -465,11 +469,11 @@ TEST_CASE("a board nearer than the lens can focus does not say where it was focu
     REQUIRE(calib::make_problem(views.seen, &problem) == "");
     problem.side[0].log_focal = {7.9, 10.2};
     const calib::zoom_layout layout(problem, calib::richest_orders(problem));
-    calib::zoom_eye eye;
-    eye.focal_px = 5000;
+    calib::posed_camera posed;
+    posed.focal_px = 5000;
     int near = 0, focused = 0;
     for (size_t i = 0; i < problem.captures.size(); i++) {
-        const bool says = !calib::focus_row_of(problem, layout, i, 0, eye, {}).columns.empty();
+        const bool says = !calib::focus_row_of(problem, layout, i, 0, posed, {}).columns.empty();
         const bool at_stop = problem.captures[i].axes[0].focus_counts >= 850;
         CHECK_FALSE((at_stop && says));
         near += at_stop;

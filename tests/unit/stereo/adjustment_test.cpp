@@ -276,7 +276,7 @@ TEST_CASE("a pair shows the ratio of the focal lengths, not what both have in co
 // Corners of a board that stands askew before the cameras, as both see them.
 struct Board {
     std::vector<std::array<double, 3>> points;
-    std::vector<target_sight> sights;
+    std::vector<target_observation> observations;
     adjust_target target = {};
 
     Board(const Truth &truth, int columns, int rows, double square_mm, double noise_px,
@@ -287,19 +287,19 @@ struct Board {
             points.push_back({x, y, 0});
             const double world[3] = {100 + c * x, -30 + y, 1790 + s * x};
             for (int side = 0; side < 2; side++) {
-                target_sight sight = {side, i, {}};
-                if (see(truth.camera[side], world, sight.pixel_px)) {
-                    for (double &pixel : sight.pixel_px) {
+                target_observation observation = {side, i, {}};
+                if (see(truth.camera[side], world, observation.pixel_px)) {
+                    for (double &pixel : observation.pixel_px) {
                         pixel += noise_px * normal(random);
                     }
-                    sights.push_back(sight);
+                    observations.push_back(observation);
                 }
             }
         }
         target.points = static_cast<int>(points.size());
-        target.sights = static_cast<int>(sights.size());
+        target.observations = static_cast<int>(observations.size());
         target.point_mm = reinterpret_cast<const double(*)[3]>(points.data());
-        target.sight = sights.data();
+        target.observation = observations.data();
         target.sigma_px = noise_px;
     }
 };

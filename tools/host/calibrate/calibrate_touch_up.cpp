@@ -285,8 +285,9 @@ class looker {
         }
         for (const both &pair : pairs_) {
             for (size_t side = 0; side < 2; side++) {
-                target_sight sight{int(side), pair.index, {pair.px[side][0], pair.px[side][1]}};
-                sights_.push_back(sight);
+                target_observation observation{
+                    int(side), pair.index, {pair.px[side][0], pair.px[side][1]}};
+                observations_.push_back(observation);
             }
         }
         const double count = std::max(1.0, 2.0 * double(pairs_.size()));
@@ -419,9 +420,9 @@ class looker {
     bool fit_board(touch_up_look *look) {
         target_ = {};
         target_.points = int(points_.size());
-        target_.sights = int(sights_.size());
+        target_.observations = int(observations_.size());
         target_.point_mm = reinterpret_cast<const double(*)[3]>(points_.data());
-        target_.sight = sights_.data();
+        target_.observation = observations_.data();
         (void)solve(from_far_to_near[0]);
         adjustment_.target = &target_;
         for (const double factor : from_far_to_near) {
@@ -456,7 +457,7 @@ class looker {
     bool corrects_;
     std::vector<std::array<double, 3>> points_;
     std::vector<both> pairs_;
-    std::vector<target_sight> sights_;
+    std::vector<target_observation> observations_;
     double sigma_px_ = min_sigma_px;
     zoom_state state_ = {};
     std::vector<adjust_track> own_;  // matches of the two pictures
