@@ -85,7 +85,7 @@ void try_rendered(const zoom_calibration &calibration, RenderedPair &pair, simri
     }
     const double seconds = cpu_s() - begin_s;
     Memory again(adjustment_need_bytes(1) + adjust_pair_need_bytes(kWidth, kHeight));
-    const adjustment before = begin(calibration, {state}, again);
+    const struct adjustment before = begin(calibration, {state}, again);
     result.seconds.add(seconds);
     result.refining_seconds.add(seconds - matching_seconds(picture, before, adjustment, again));
     result.matches.add(report.matches);
