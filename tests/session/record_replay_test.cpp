@@ -319,11 +319,11 @@ TEST_CASE("the clock, idling and cancellations are replayed where they were reco
     REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
                                  &last_error) == 0);
     REQUIRE(record_start(recorder.get(), writer.get(), &last_error) == 0);
-    const auto read = [](const rig_ports &ports) {
-        return ports.clock->operations->now_us(ports.clock->self);
+    const auto read = [](const rig_ports &session_ports) {
+        return session_ports.clock->operations->now_us(session_ports.clock->self);
     };
-    const auto wait = [](const rig_ports &ports) {
-        ports.clock->operations->wait_until_us(ports.clock->self, 0);
+    const auto wait = [](const rig_ports &session_ports) {
+        session_ports.clock->operations->wait_until_us(session_ports.clock->self, 0);
     };
     std::vector<std::uint64_t> times;
     record_command(recorder.get(), "one");
