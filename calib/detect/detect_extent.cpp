@@ -52,15 +52,20 @@ class side_of_grid {
         double x, y;
     };
     static constexpr double reach = 0.2;  // of a square
-    // The point on the line through corner `along`, `beyond` squares outside line 0. Distances
-    // shrink or grow in perspective: a third corner shows how much.
+    // The point on the line through corner `along`, `beyond` squares outside line 0. Where noise
+    // hid the corner of line 0, the two next ones inside show it.
     std::optional<point> outside(int along, double beyond) const {
-        const refined_corner &a = at(along, 0), &b = at(along, 1);
-        const refined_corner &c = at(along, std::min(2, lines() - 1));
+        const bool hidden = !at(along, 0).found && lines() > 2;
+        return outside_of(along, hidden ? 1 : 0, beyond + (hidden ? 1 : 0));
+    }
+    // Distances shrink or grow in perspective: a third corner shows how much.
+    std::optional<point> outside_of(int along, int line, double beyond) const {
+        const refined_corner &a = at(along, line), &b = at(along, line + 1);
+        const refined_corner &c = at(along, std::min(line + 2, lines() - 1));
         if (!a.found || !b.found) {
             return std::nullopt;
         }
-        const double bend = lines() > 2 && c.found ? beyond * (beyond + 1) / 2 : 0;
+        const double bend = lines() > line + 2 && c.found ? beyond * (beyond + 1) / 2 : 0;
         return point{a.x + beyond * (a.x - b.x) + bend * (a.x - 2 * b.x + c.x),
                      a.y + beyond * (a.y - b.y) + bend * (a.y - 2 * b.y + c.y)};
     }

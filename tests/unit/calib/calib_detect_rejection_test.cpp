@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "calib/detect/detect.hpp"
+#include "calib/detect/detect_extent.hpp"
 #include "synthetic/board_cases.hpp"
 
 using namespace synthetic;
@@ -98,6 +99,25 @@ TEST_CASE("each rejection names its reason") {
     CHECK(rejection_of(board, night.view()).find("too dark") != std::string::npos);
     Image empty(640, 480);
     CHECK(rejection_of(board, empty.view()) == "no board found");
+}
+
+TEST_CASE("a part of a board is known as one where noise hid corners of its outer line") {
+    BoardImage image = board_image(plain_board(9, 6), 0.7, 0);
+    calib::detect::grid part;
+    part.columns = 8;
+    part.rows = 6;
+    part.nodes.resize(48);
+    calib::detect::refined_grid corners;
+    for (int index = 0; index < 54; index++) {
+        const Pixel &at = image.corners[static_cast<size_t>(index)];
+        const int column = index % 9, row = index / 9;
+        const bool hidden = column == 7 && (row == 1 || row == 3 || row == 4);
+        if (column < part.columns) {
+            corners.corners.push_back({!hidden, at.x, at.y, 0.1});
+        }
+    }
+    const std::vector<calib::detect::plane> levels = calib::detect::pyramid_of(image.view());
+    CHECK(calib::detect::squares_continue(levels[0], part, corners));
 }
 
 TEST_CASE("two boards in view are rejected") {
