@@ -35,7 +35,7 @@ struct remote_line {
 
 /// Opens `where`: unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). On a
 /// serial line the console is switched to program mode: its lines carry CRCs, and its keepalives
-/// are removed here (daemon/README.md). Returns 0, or within REMOTE_LINE_OPEN_MS an error with a
+/// are removed here (daemon/manual.md). Returns 0, or within REMOTE_LINE_OPEN_MS an error with a
 /// message: ERROR_ARGUMENT for an invalid `where`; ERROR_IO of unix:PATH leaves the cause in errno.
 int remote_line_open(struct remote_line *self, const char *where, struct message *message);
 /// Time left for the first answer.

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every command of the daemon's README runs, in its order, on the simulated rig; and its table of
-settings names the daemon's own settings. Its example of TCP is run by access_test."""
+"""Every command of the daemon's README and manual runs, in their order, on the simulated rig. The
+example of TCP is run by access_test."""
 import glob
 import os
 import pathlib
@@ -15,7 +15,8 @@ from bad_line import BadLine
 from daemon_process import TIMEOUT_S, SIMRIG, VERGENCE, VERGENCED, DaemonTest, Terminal
 
 ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
-TEXT = (ROOT / "daemon" / "README.md").read_text(encoding="utf-8")
+TEXT = "".join((ROOT / "daemon" / page).read_text(encoding="utf-8")
+               for page in ("README.md", "manual.md"))
 SESSION = pathlib.Path(os.environ["VERGENCE_SESSIONS"]) / "cylinder_1x"
 
 
@@ -23,19 +24,6 @@ def commands():
     """The lines of the shell blocks, without their comments."""
     blocks = re.findall(r"^```sh(?: serial)?\n(.*?)^```", TEXT, re.S | re.M)
     return [line.split("  #")[0].rstrip() for block in blocks for line in block.splitlines()]
-
-
-class Settings(unittest.TestCase):
-    def test_the_table_names_every_setting(self):
-        help_config = subprocess.run([VERGENCED, "--help-config"], capture_output=True, text=True,
-                                     timeout=TIMEOUT_S, check=True).stdout
-        keys = {key for key in re.findall(r"^#?\s*([a-z0-9_.]+) = ", help_config, re.M)
-                if not key.startswith("rig.")}
-        table = TEXT.split("## Settings")[1].split("### Profiles")[0]
-        named = {key for row in re.findall(r"^\| (`.*?) \|", table, re.M)
-                 for key in re.findall(r"`([a-z0-9_]+)`", row)}
-        self.assertGreater(len(keys), 20)
-        self.assertEqual(named, keys)
 
 
 @unittest.skipUnless(SIMRIG, "the simulated rig needs -DVERGENCE_FPGA=ON")

@@ -286,10 +286,10 @@ class Token(WithPort):
 
 
 class Readme(unittest.TestCase):
-    """The example of the README, at a port that is free."""
+    """The example of the manual, at a port that is free."""
 
     def test_it_runs(self):
-        readme = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "README.md")
+        readme = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "manual.md")
         with open(readme, encoding="utf-8") as file:
             block = re.search(r"^vergenced (tcp_port=.*) &\nvergence (.*)$", file.read(), re.M)
         port = str(free_port())

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""vergenced --check-board: what it finds on a fake kernel and on this machine, its exit code, and
-the table in the README, which has the same rows."""
+"""vergenced --check-board: what it finds on a fake kernel and on this machine, and its exit code."""
 import json
 import os
-import re
 import subprocess
 import tempfile
 import unittest
@@ -102,16 +100,6 @@ class BoardCheck(unittest.TestCase):
     def test_wrong_words(self):
         done = self.check("board=")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
-
-    def test_the_table_of_the_readme(self):
-        readme = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "README.md")
-        with open(readme, encoding="utf-8") as file:
-            section = file.read().split("### Porting to a board")[1].split("\n## ")[0]
-        table = re.findall(r"^\| (kernel|device|partition|variable) \| `(.*?)` \| (.*?) \| (.*?) \|$",
-                           section, re.M)
-        rows, _ = self.rows()
-        self.assertEqual(table, [(row["kind"], name, row["for"], row["if_missing"])
-                                 for name, row in rows.items()])
 
 
 if __name__ == "__main__":

@@ -220,7 +220,7 @@ class Update(Flash):
 
 
 class Readme(Flash):
-    """The commands of the README for boards."""
+    """The commands of the manual for boards."""
 
     def test_they_run(self):
         self.begin()
@@ -228,7 +228,7 @@ class Readme(Flash):
         os.mkdir(folder)
         with open(os.path.join(folder, "mesh.ply"), "wb") as file:
             file.write(b"mesh")
-        readme = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "README.md")
+        readme = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "manual.md")
         with open(readme, encoding="utf-8") as file:
             blocks = re.findall(r"^```sh board\n(.*?)^```", file.read(), re.S | re.M)
         lines = [line.replace("vergence --connect unix:v.sock ", "")
