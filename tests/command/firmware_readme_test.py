@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""firmware/README.md: the test commands select tests, and the files it names exist."""
+"""firmware/README.md: the test commands select tests."""
 import os
 import re
 import subprocess
@@ -28,15 +28,6 @@ class Readme(unittest.TestCase):
             self.assertRegex(listed, r"Total Tests: [1-9]", regex)
         for campaign in re.findall(r"^tools/campaign (\w+)", TEXT, re.M):
             self.assertIn(campaign, output(os.path.join(ROOT, "tools", "campaign"), "--help"))
-
-    def test_the_named_files_exist(self):
-        files = {name for _, _, names in os.walk(FIRMWARE) for name in names}
-        named = re.findall(r"`(?:\w+/)?(\w+\.(?:c|h|md))`", TEXT)
-        self.assertGreater(len(named), 25)
-        for name in named:
-            self.assertIn(name, files)
-        for link in re.findall(r"\]\(([^)#]+)\)", TEXT):
-            self.assertTrue(os.path.exists(os.path.join(FIRMWARE, link)), link)
 
 
 if __name__ == "__main__":

@@ -30,6 +30,10 @@ FOREIGN = {
 }
 
 
+# Files of Linux and of a lens controller's vendor, and one that a reader writes.
+FILES_OF_OTHERS = {"mt9t031.c", "v1lc.py", "arch/blackfin/mach-bf537/include/mach/portmux.h", "hello.py"}
+
+
 def text_of(path):
     return TREE.text(path)
 
@@ -101,6 +105,25 @@ class RepoLint(unittest.TestCase):
         wrong = sorted({line.split(":")[0] for line in done.stderr.splitlines()
                         if "[-Wclang-format-violations]" in line})
         self.assertEqual((wrong, done.returncode), ([], 0), "clang-format -i mends it")
+
+    def test_documents_name_files_and_functions_that_exist(self):
+        wrong = []
+        for page in (p for p in self.files if p.endswith(".md")):
+            text = re.sub(r"^```.*?^```", "", text_of(page), flags=re.S | re.M)
+            for name in re.findall(r"`([\w./-]+\.(?:c|h|cpp|hpp|py|v|md|cmake|js|rdl))`", text):
+                if not re.search(r"[A-Z]{4}", name.rpartition("/")[2].partition(".")[0]) and \
+                        name not in FILES_OF_OTHERS and not self.is_named(page, name):
+                    wrong.append((page, name))
+            for name, functions in re.findall(r"\| `([\w./]+\.[cv])` \| (`\w+`(?:, `\w+`)*) \|$", text, re.M):
+                inside = "".join(text_of(p) for p in self.files if ("/" + p).endswith("/" + name))
+                wrong += [(page, name, one) for one in re.findall(r"\w+", functions)
+                          if not re.search(rf"\b{one}\b", inside)]
+        self.assertEqual(wrong, [])
+
+    def is_named(self, page, name):
+        """A file of the tree, by its path from the page's folder, or by the end of its path."""
+        path = os.path.normpath(os.path.join(os.path.dirname(page), name))
+        return any(file == path or ("/" + file).endswith("/" + name) for file in self.files)
 
     def test_programs_can_be_run(self):
         wrong = [p for p in self.files if text_of(p).startswith("#!") and "/corpus/" not in p
