@@ -16,6 +16,7 @@ import claims
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FIRMWARE = os.path.join(HERE, "..", "..", "firmware")
+MATCHER = os.path.join(FIRMWARE, "stereo", "match")
 PACKAGES = {"frama-c": "frama-c-base", "why3": "why3", "z3": "z3"}
 TIMEOUT_S = 60
 MUTANT_TIMEOUT_S = 5  # an existing proof is found in less
@@ -124,6 +125,66 @@ def frama_c(folder, firmware, words):
         env={**os.environ, "WHY3CONFIG": os.path.join(folder, "why3.conf")}).stdout
 
 
+def contracts():
+    """What contracts.acsl puts where: (function, line of it or None, lines of annotation)."""
+    found, function, before = [], None, None
+    with open(os.path.join(HERE, "contracts.acsl"), encoding="ascii") as file:
+        for line in file:
+            words = line.split()
+            if not words or line.startswith("//"):
+                continue
+            if not line.startswith("    "):
+                before = line.strip()[len("before "):] if words[0] == "before" else None
+                function = function if before else words[-1]
+                found.append((function, before, []))
+            else:
+                found[-1][2].append(line.rstrip())
+    return found
+
+
+def annotation(lines):
+    """The lines as comments that Frama-C reads: each assertion is one of its own."""
+    comments = [[]]
+    for line in lines:
+        if re.match(r"    (assert|admit) ", line) and comments[-1]:
+            comments.append([])
+        comments[-1].append(line)
+    return "".join("/*@\n" + "\n".join(lines) + "\n*/\n" for lines in comments)
+
+
+def weave(match):
+    """Puts the contracts into the sources of a folder; each must find its place."""
+    paths = [path for path in sorted(glob.glob(os.path.join(match, "*.h")))
+             if not re.search("avx2|sse41|neon", path)]
+    texts = {}
+    for path in paths:
+        with open(path, encoding="utf-8") as file:
+            texts[path] = file.read()
+    at = {}  # by function: path, where its text ends before the next annotation
+    for function, before, lines in contracts():
+        if not before:
+            start = re.compile(rf"^[a-zA-Z][^\n;={{]*\b{function}\([^;{{]*{{", re.MULTILINE)
+            places = [(path, start.search(text)) for path, text in texts.items()]
+            places = [(path, place.start()) for path, place in places if place]
+            if len(places) != 1:
+                sys.exit(f"prove.py: contracts.acsl: {len(places)} definitions of {function}")
+            path, place = places[0]
+        else:
+            path, place = at[function]
+            line = re.compile(rf"^ *{re.escape(before)}$", re.MULTILINE)
+            found = line.search(texts[path], place)
+            if not found or "\n}\n" in texts[path][place:found.start()]:
+                sys.exit(f"prove.py: contracts.acsl: {function} has no line {before}")
+            place = found.start()
+        text = annotation(lines)
+        texts[path] = texts[path][:place] + text + texts[path][place:]
+        # The next line with the same text is another one.
+        at[function] = path, texts[path].index("\n", place + len(text))
+    for path, text in texts.items():
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+
+
 def prove(folder, firmware, claim, functions, jobs, timeout_s=TIMEOUT_S):
     """Proved goals, all goals, and the output of Frama-C."""
     selection = ["-wp-rte", "-wp-fct", ",".join(functions)] if functions else ["-wp-prop=@lemma"]
@@ -142,11 +203,9 @@ def complaints(text):
 
 
 def check_trusted():
-    """The sources may only use the trusted statements listed in claims.py."""
-    found = []
-    for path in sorted(glob.glob(os.path.join(FIRMWARE, "stereo", "match", "match*"))):
-        with open(path, encoding="utf-8") as file:
-            found += re.findall(r"\b(?:admit|axiom) \w+", file.read())
+    """The contracts may only use the trusted statements listed in claims.py."""
+    found = [word for _, _, lines in contracts()
+             for word in re.findall(r"\b(?:admit|axiom) \w+", " ".join(lines))]
     if sorted(found) != sorted(claims.TRUSTED):
         sys.exit(f"prove.py: trusted without proof: {found}, expected {claims.TRUSTED}")
 
@@ -155,7 +214,7 @@ def check_mutant(folder, mutant):
     """Whether the proof of a function fails if its source has a mistake."""
     name, old, new, function = mutant
     firmware = tempfile.mkdtemp(dir=folder)
-    shutil.copytree(FIRMWARE, firmware, dirs_exist_ok=True)
+    shutil.copytree(os.path.join(folder, "firmware"), firmware, dirs_exist_ok=True)
     path = os.path.join(firmware, "stereo", "match", name)
     with open(path, encoding="utf-8") as file:
         text = file.read()
@@ -170,6 +229,7 @@ def check_mutant(folder, mutant):
 
 def check_claims(folder, jobs, only):
     """Proves all claims, prints a table. Returns the count of failures."""
+    firmware = os.path.join(folder, "firmware")
     failures = total_goals = total_proved = 0
     print(f"{'claim':22} {'functions':>9} {'goals':>6} {'proved':>6} {'seconds':>7}  result")
     for claim in claims.CLAIMS:
@@ -177,10 +237,10 @@ def check_claims(folder, jobs, only):
         if claim.functions and not functions:
             continue
         started = time.monotonic()
-        proved, goals, text = prove(folder, FIRMWARE, claim, functions, jobs)
+        proved, goals, text = prove(folder, firmware, claim, functions, jobs)
         if proved < goals:
             # A prover may give up on a busy machine.
-            proved, goals, text = prove(folder, FIRMWARE, claim, functions, 1)
+            proved, goals, text = prove(folder, firmware, claim, functions, 1)
         whole = functions == claim.functions
         missing = [name for name in functions if f"annotating function {name}\n" not in text]
         good = 0 < proved == goals and not missing and (not whole or goals >= claim.min_goals)
@@ -229,11 +289,16 @@ def main():
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="provers in parallel")
     parser.add_argument("--only", default=".", help="only the functions whose name matches")
     parser.add_argument("--read", action="store_true", help="only check the contracts")
+    parser.add_argument("--weave", metavar="DIR", help="only write the sources with contracts there")
     parser.add_argument("--list", action="store_true", help="only print the functions' names")
     arguments = parser.parse_args()
     chosen = choose(arguments.only)
     if arguments.list:
         print("\n".join(chosen))
+        return 0
+    if arguments.weave:
+        shutil.copytree(MATCHER, arguments.weave)
+        weave(arguments.weave)
         return 0
     missing = [package for command, package in PACKAGES.items() if not shutil.which(command)]
     if missing:
@@ -241,10 +306,12 @@ def main():
     check_trusted()
     print(f"{check_facts()} trials of {len(list(facts()))} facts about bits: none fails", flush=True)
     with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(FIRMWARE, os.path.join(folder, "firmware"))
+        weave(os.path.join(folder, "firmware", "stereo", "match"))
         write_facts(os.path.join(folder, "bit_facts.h"))
         write_prover(folder)
         if arguments.read:
-            print(frama_c(folder, FIRMWARE, []))
+            print(frama_c(folder, os.path.join(folder, "firmware"), []))
             return 0
         failures = check_claims(folder, arguments.jobs, arguments.only)
         failures += check_mutants(folder, arguments.jobs, arguments.only)

@@ -36,32 +36,15 @@ struct column_shares {
     int rise, rise_below;  // lanes to this row from the row before, and from the row below
 };
 
-/*@ predicate is_column_view{L}(struct column_view *of) =
-        \valid_read(of) && match_has_steps(of->level) && 0 <= of->x_begin &&
-        of->x_begin + MATCH_TILE_COLUMNS <= match_columns(of->level->width); */
-
 // Steps between the rows y - 1 and y, by column of the tile, and their weights.
-/*@ requires is_column_view(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
-    assigns \nothing;
-    ensures \valid_read(\result + (0 .. MATCH_TILE_COLUMNS - 1)); */
 static inline const uint8_t *steps_above(const struct column_view *view, int y) {
     return view->level->step_down[y % view->level->ring_rows] + view->x_begin;
 }
 
-/*@ requires is_column_view(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
-    assigns \nothing;
-    ensures \valid_read(\result + (0 .. MATCH_TILE_COLUMNS - 1));
-    ensures \result ==
-        view->level->weight_down[y % view->level->ring_rows] + view->x_begin;
-    ensures \forall integer c; 0 <= c < MATCH_TILE_COLUMNS ==> match_is_weight(\result[c]); */
 static inline const uint16_t *weights_above(const struct column_view *view, int y) {
     return view->level->weight_down[y % view->level->ring_rows] + view->x_begin;
 }
 
-/*@ requires \valid_read(view) && \valid_read(view->level) && \valid_read(tile) && 0 <= y;
-    requires 1 <= view->level->ring_rows <= MATCH_MAX_RING_ROWS;
-    assigns \nothing;
-    ensures \result == view->level->ring[y % view->level->ring_rows] + tile->offset; */
 static inline uint8_t *ring_cells(const struct column_view *view, const struct match_tile *tile,
                                   int y) {
     return match_cell(view->level->ring[y % view->level->ring_rows], tile, 0);
@@ -69,17 +52,11 @@ static inline uint8_t *ring_cells(const struct column_view *view, const struct m
 
 // The blend in which `a` leans: an average along a surface that is slanted by up to one disparity
 // per row, and not only along a vertical one.
-/*@ requires are_lanes(lanes) && shares.first + shares.second == MATCH_WEIGHT_ONE;
-    requires \valid_read(a) && \valid_read(b) && \valid(result);
-    assigns result->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void blend_leaning(const struct lanes *a, const struct lanes *b,
                                 struct vector_shares shares, struct lanes *result,
                                 const int lanes) {
     const struct vector price = vector_all(MATCH_LEAN_DOWN);
     struct vector before = vector_all(UINT8_MAX);
-    /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
-        loop assigns k, before, result->part[0 .. lanes / MATCH_LANES - 1];
-        loop variant lanes - k; */
     for (int k = 0; k < lanes / MATCH_LANES; k++) {
         const struct vector here = a->part[k];
         result->part[k] = vector_blend(leaning(a, k, before, price, lanes), b->part[k], shares);
@@ -87,54 +64,26 @@ MATCH_INLINE void blend_leaning(const struct lanes *a, const struct lanes *b,
     }
 }
 
-/*@ requires are_lanes(lanes) && 0 <= c <= MATCH_TILE_COLUMNS - VECTOR_MEMBERS;
-    requires \valid(at + (0 .. VECTOR_MEMBERS - 1));
-    assigns at[0 .. VECTOR_MEMBERS - 1];
-    ensures \forall integer m; 0 <= m < VECTOR_MEMBERS ==> at[m] == cells + (c + m) * lanes; */
 MATCH_INLINE void member_cells(uint8_t *cells, int c, uint8_t *at[VECTOR_MEMBERS],
                                const int lanes) {
-    /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
-        loop invariant \forall integer m; 0 <= m < member ==> at[m] == cells + (c + m) * lanes;
-        loop assigns member, at[0 .. VECTOR_MEMBERS - 1];
-        loop variant VECTOR_MEMBERS - member; */
     for (int member = 0; member < VECTOR_MEMBERS; member++) {
         at[member] = cells + (ptrdiff_t)(c + member) * lanes;
     }
 }
 
-/*@ requires \valid_read(shares + (0 .. VECTOR_MEMBERS - 1));
-    requires are_shares(shares, 0, VECTOR_MEMBERS);
-    assigns \nothing;
-    ensures \result.first + \result.second == MATCH_WEIGHT_ONE; */
 MATCH_INLINE struct vector_shares member_shares(const match_share *shares) {
     const match_share *at[VECTOR_MEMBERS];
-    /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
-        loop invariant \forall integer m; 0 <= m < member ==> at[m] == shares + m;
-        loop assigns member, at[0 .. VECTOR_MEMBERS - 1];
-        loop variant VECTOR_MEMBERS - member; */
     for (int member = 0; member < VECTOR_MEMBERS; member++) {
         at[member] = shares + member;
     }
     return vector_shares_each(at, 0);
 }
 
-/*@ predicate tile_valid{L}(uint8_t *cells, integer lanes) =
-        \valid(cells + (0 .. MATCH_TILE_COLUMNS * lanes - 1)); */
-
 // Adds row y to the averages of the rows below it, at `below`; the result goes to `to`, which may
 // be `below`.
-/*@ requires are_lanes(lanes) && \valid_read(shares);
-    requires are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS);
-    requires match_is_rise(shares->rise);
-    requires tile_valid(below, lanes) && tile_valid(cost, lanes) && tile_valid(to, lanes);
-    assigns to[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
 MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t *cost, uint8_t *to,
                         const bool sheared, const int lanes) {
-    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && c % VECTOR_MEMBERS == 0;
-        loop assigns c, to[0 .. MATCH_TILE_COLUMNS * lanes - 1];
-        loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
-        //@ assert 0 <= c * lanes <= (MATCH_TILE_COLUMNS - VECTOR_MEMBERS) * lanes;
         uint8_t *below_at[VECTOR_MEMBERS];
         uint8_t *cost_at[VECTOR_MEMBERS];
         uint8_t *to_at[VECTOR_MEMBERS];
@@ -154,31 +103,10 @@ MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t 
     }
 }
 
-/*@ predicate is_mass_row{L}(uint16_t *mass) =
-        \forall integer c; 0 <= c < MATCH_TILE_COLUMNS ==> match_is_mass(mass[c]); */
-
 // The masses below row y as they arrive in it.
-/*@ requires is_column_view(view) && \valid(view) && 0 <= y < IMAGE_MAX_SIDE_PX - 1;
-    requires is_mass_row(&view->mass[0]) && \valid(shares);
-    requires \forall integer i; 0 <= i < view->level->ring_rows ==>
-        \separated(view->level->weight_down[i] + (0 .. match_columns(view->level->width) - 1),
-                   view, shares);
-    requires \valid_read(view->band) && 0 <= view->band->begin <= y;
-    requires view->band->end <= view->band->begin + MATCH_BAND_ROWS;
-    requires \separated(view, view->level) && \separated(view, view->band, shares);
-    assigns view->mass[0 .. MATCH_TILE_COLUMNS - 1], shares->of_column[0 .. MATCH_TILE_COLUMNS - 1],
-        view->mass_below[y - view->band->begin][0 .. MATCH_TILE_COLUMNS - 1];
-    ensures is_mass_row(&view->mass[0]);
-    ensures are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS); */
 static inline void carry_up(struct column_view *view, int y, struct share_row *shares) {
     const uint16_t *weight = weights_above(view, y + 1);
     uint16_t carried[MATCH_TILE_COLUMNS];
-    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
-        loop invariant \forall integer i; 0 <= i < MATCH_TILE_COLUMNS ==>
-       match_is_weight(weight[i]); loop invariant are_shares(&shares->of_column[0], 0, c); loop
-       assigns c, carried[0 .. MATCH_TILE_COLUMNS - 1], view->mass[0 .. MATCH_TILE_COLUMNS - 1],
-            shares->of_column[0 .. MATCH_TILE_COLUMNS - 1];
-        loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
         carried[c] = match_carry(view->mass[c], weight[c]);
         shares->of_column[c] = match_share_between(carried[c], MATCH_MASS_ONE);
@@ -219,28 +147,13 @@ MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const bool s
 
 // Copies the cells of the tile's columns from one window to another. Where the old one has no
 // value, the row's own cells are used, or infinity if `fill` is NULL.
-/*@ requires match_is_tile(from) && match_is_tile(to) && tile_valid(to_cells, to->lanes);
-    requires \valid_read(cells + (0 .. MATCH_TILE_COLUMNS * from->lanes - 1));
-    requires fill != NULL ==> \valid_read(fill + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1));
-    requires \separated(to_cells + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1),
-                        cells + (0 .. MATCH_TILE_COLUMNS * from->lanes - 1));
-    requires fill != NULL ==> \separated(to_cells + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1),
-                                         fill + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1));
-    assigns to_cells[0 .. MATCH_TILE_COLUMNS * to->lanes - 1]; */
 static void realign_columns(const uint8_t *cells, const struct match_tile *from,
                             const uint8_t *fill, const struct match_tile *to, uint8_t *to_cells) {
     if (match_same_window(from, to)) {
         memcpy(to_cells, cells, (size_t)MATCH_TILE_COLUMNS * (size_t)to->lanes);
         return;
     }
-    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
-        loop assigns c, to_cells[0 .. MATCH_TILE_COLUMNS * to->lanes - 1];
-        loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
-        //@ assert times(0, c, to->lanes) && times(c + 1, MATCH_TILE_COLUMNS, to->lanes);
-        //@ assert times(0, c, from->lanes) && times(c + 1, MATCH_TILE_COLUMNS, from->lanes);
-        /*@ assert fill != NULL ==>
-                \valid_read(fill + (c * to->lanes .. (c + 1) * to->lanes - 1)); */
         match_realign(cells + (ptrdiff_t)c * from->lanes, from,
                       fill == NULL ? NULL : fill + (ptrdiff_t)c * to->lanes, to,
                       to_cells + (ptrdiff_t)c * to->lanes);
@@ -285,24 +198,11 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
 // `cost`. Together with the average from below, in `path_cost`, it becomes the average of all rows,
 // at `cost`. The path costs of the row above, at `previous`, become those of this row, at
 // `path_cost`.
-/*@ requires are_lanes(lanes) && \valid_read(shares);
-    requires are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
-    requires are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS);
-    requires match_is_rise(shares->rise) && match_is_rise(shares->rise_below);
-    requires tile_valid(down, lanes) && tile_valid(cost, lanes);
-    requires tile_valid(previous, lanes) && tile_valid(path_cost, lanes);
-    assigns down[0 .. MATCH_TILE_COLUMNS * lanes - 1], cost[0 .. MATCH_TILE_COLUMNS * lanes - 1],
-        path_cost[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
 MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t *down,
                           uint8_t *cost, uint8_t *previous, uint8_t *path_cost, const bool sheared,
                           const int lanes) {
     const struct vector small = vector_all(MATCH_P1);
-    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && c % VECTOR_MEMBERS == 0;
-        loop assigns c, down[0 .. MATCH_TILE_COLUMNS * lanes - 1],
-            cost[0 .. MATCH_TILE_COLUMNS * lanes - 1], path_cost[0 .. MATCH_TILE_COLUMNS * lanes -
-       1]; loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
-        //@ assert 0 <= c * lanes <= (MATCH_TILE_COLUMNS - VECTOR_MEMBERS) * lanes;
         uint8_t *down_at[VECTOR_MEMBERS];
         uint8_t *cost_at[VECTOR_MEMBERS];
         uint8_t *previous_at[VECTOR_MEMBERS];
@@ -312,11 +212,6 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
         member_cells(cost, c, cost_at, lanes);
         member_cells(previous, c, previous_at, lanes);
         member_cells(path_cost, c, message_at, lanes);
-        /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
-            loop invariant \forall integer m; 0 <= m < member ==>
-                penalty_at[m] == &shares->penalty[c + m];
-            loop assigns member, penalty_at[0 .. VECTOR_MEMBERS - 1];
-            loop variant VECTOR_MEMBERS - member; */
         for (int member = 0; member < VECTOR_MEMBERS; member++) {
             penalty_at[member] = shares->penalty + c + member;
         }
@@ -351,34 +246,11 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
 
 // The masses above row y as they arrive in it. The first row of the image has no row above: its
 // average and its path cost are its cost.
-/*@ requires is_column_view(view) && \valid(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
-    requires is_mass_row(&view->mass[0]) && \valid(shares) && \valid_read(view->band);
-    requires 0 <= view->band->begin <= y < view->band->begin + MATCH_BAND_ROWS;
-    requires is_mass_row(&view->mass_below[y - view->band->begin][0]);
-    requires \valid_read(view->tile) && match_is_slope(view->tile->slope_down);
-    requires \separated(view, view->level) && \separated(view, view->band, shares);
-    requires \forall integer i; 0 <= i < view->level->ring_rows ==>
-        \separated(view->level->weight_down[i] + (0 .. match_columns(view->level->width) - 1),
-                   view, shares);
-    requires \separated(view->tile, view, shares);
-    assigns view->mass[0 .. MATCH_TILE_COLUMNS - 1], *shares;
-    ensures match_is_rise(shares->rise) && match_is_rise(shares->rise_below);
-    ensures is_mass_row(&view->mass[0]);
-    ensures are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
-    ensures are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS); */
 static inline void carry_down(struct column_view *view, int y, struct column_shares *shares) {
     const uint8_t *step = steps_above(view, y);
     const uint16_t *weight = weights_above(view, y);
     const uint16_t *mass_below = view->mass_below[y - view->band->begin];
     const uint8_t least = match_least_p2(view->level);
-    /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
-        loop invariant is_mass_row(mass_below);
-        loop invariant \forall integer i; 0 <= i < MATCH_TILE_COLUMNS ==>
-       match_is_weight(weight[i]); loop invariant are_shares(&shares->before[0], 0, c) &&
-       are_shares(&shares->below[0], 0, c); loop assigns c, view->mass[0 .. MATCH_TILE_COLUMNS - 1],
-            shares->before[0 .. MATCH_TILE_COLUMNS - 1], shares->below[0 .. MATCH_TILE_COLUMNS - 1],
-            shares->penalty[0 .. MATCH_TILE_COLUMNS - 1];
-        loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
         const uint16_t carried = match_carry(view->mass[c], match_weight_down(weight[c]));
         shares->before[c] = match_share_between(carried, MATCH_MASS_ONE);

@@ -23,28 +23,7 @@ struct cost_view {
     uint8_t *running[MATCH_ROWS_ABREAST];
 };
 
-/*@ logic integer first_right{L}(struct match_level *of, struct match_tile *tile) =
-        of->width - 1 + of->right_pad + of->disparity_min + tile->base;
-    predicate features_in_rows{L}(struct match_features *of, integer begin, integer end) =
-        \valid_read(of) && \valid_read(of->gradient + (begin .. end - 1)) &&
-        (\forall integer i; 0 <= i < MATCH_CENSUS_PLANES ==>
-            \valid_read(of->census[i] + (begin .. end - 1)));
-    predicate at_features{L}(uint8_t *a, uint8_t *b, uint8_t *c, uint8_t *gradient,
-                             struct match_features *of) =
-        a == of->census[0] && b == of->census[1] && c == of->census[2] &&
-        gradient == of->gradient; */
-
 // Costs of the columns [0, columns) of a tile that begins at x_begin, for the rows from r_begin on.
-/*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST && are_lanes(lanes);
-    requires \valid_read(view) && \valid_read(tile) && is_level(view->level);
-    requires 1 <= columns <= MATCH_TILE_COLUMNS && 0 <= x_begin <= INT16_MAX + 1 - columns;
-    requires 0 <= first_right(view->level, tile) - (x_begin + columns - 1);
-    requires first_right(view->level, tile) - x_begin + lanes <= view->level->right_length;
-    requires \valid_read(view->line + r_begin);
-    requires features_in_rows(&view->line[r_begin].cost.left, x_begin, x_begin + columns);
-    requires features_in_rows(&view->line[r_begin].cost.right, 0, view->level->right_length);
-    requires \valid(view->raw[r_begin] +
-                    (tile->offset .. tile->offset + columns * lanes - 1)); */
 MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
                              const struct match_tile *tile, int x_begin, int columns,
                              const int lanes) {
@@ -55,27 +34,8 @@ MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
     const uint8_t *left_at[MATCH_CENSUS_PLANES + 1][VECTOR_MEMBERS];
     const uint8_t *right_at[MATCH_CENSUS_PLANES + 1][VECTOR_MEMBERS];
     uint8_t *to[VECTOR_MEMBERS];
-    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
-        loop invariant r == 1 ==> to[0] == view->raw[r_begin] + tile->offset;
-        loop invariant r == 1 ==> at_features(left_at[0][0], left_at[1][0], left_at[2][0],
-            left_at[3][0], &view->line[r_begin].cost.left);
-        loop invariant r == 1 ==> at_features(right_at[0][0], right_at[1][0], right_at[2][0],
-            right_at[3][0], &view->line[r_begin].cost.right);
-        loop assigns r, to[0], left_at[0][0], left_at[1][0], left_at[2][0], left_at[3][0],
-            right_at[0][0], right_at[1][0], right_at[2][0], right_at[3][0];
-        loop variant VECTOR_MEMBERS - r; */
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
         const struct match_line *line = &view->line[r_begin + r];
-        /*@ loop invariant 0 <= plane <= MATCH_CENSUS_PLANES;
-            loop invariant plane > 0 ==> left_at[0][0] == line->cost.left.census[0] &&
-                right_at[0][0] == line->cost.right.census[0];
-            loop invariant plane > 1 ==> left_at[1][0] == line->cost.left.census[1] &&
-                right_at[1][0] == line->cost.right.census[1];
-            loop invariant plane > 2 ==> left_at[2][0] == line->cost.left.census[2] &&
-                right_at[2][0] == line->cost.right.census[2];
-            loop assigns plane, left_at[0][0], left_at[1][0], left_at[2][0], right_at[0][0],
-                right_at[1][0], right_at[2][0];
-            loop variant MATCH_CENSUS_PLANES - plane; */
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
             left_at[plane][r] = line->cost.left.census[plane];
             right_at[plane][r] = line->cost.right.census[plane];
@@ -84,27 +44,14 @@ MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
         right_at[MATCH_CENSUS_PLANES][r] = line->cost.right.gradient;
         to[r] = view->raw[r_begin + r] + tile->offset;
     }
-    /*@ loop invariant 0 <= column <= columns;
-        loop assigns column, to[0][0 .. columns * lanes - 1];
-        loop variant columns - column; */
     for (int column = 0; column < columns; column++) {
-        //@ assert times(0, column, lanes) && times(column + 1, columns, lanes);
         const int x = x_begin + column;
         struct vector left[MATCH_CENSUS_PLANES + 1];
-        /*@ loop invariant 0 <= plane <= MATCH_CENSUS_PLANES + 1;
-            loop assigns plane, left[0 .. MATCH_CENSUS_PLANES];
-            loop variant MATCH_CENSUS_PLANES + 1 - plane; */
         for (int plane = 0; plane <= MATCH_CENSUS_PLANES; plane++) {
             left[plane] = vector_each(left_at[plane], x);
         }
-        /*@ loop invariant 0 <= i <= lanes && i % MATCH_LANES == 0;
-            loop assigns i, to[0][column * lanes .. column * lanes + lanes - 1];
-            loop variant lanes - i; */
         for (int i = 0; i < lanes; i += MATCH_LANES) {
             struct vector right[MATCH_CENSUS_PLANES + 1];
-            /*@ loop invariant 0 <= plane <= MATCH_CENSUS_PLANES + 1;
-                loop assigns plane, right[0 .. MATCH_CENSUS_PLANES];
-                loop variant MATCH_CENSUS_PLANES + 1 - plane; */
             for (int plane = 0; plane <= MATCH_CENSUS_PLANES; plane++) {
                 right[plane] = vector_load(right_at[plane], first - x + i);
             }
@@ -113,71 +60,31 @@ MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
     }
 }
 
-/*@ predicate tile_in_rows{L}(struct cost_view *of, struct match_tile *tile, integer x_begin,
-                              integer columns, integer rows, integer lanes) =
-        \valid_read(of) && \valid_read(tile) && are_lanes(lanes) &&
-        1 <= rows <= MATCH_ROWS_ABREAST && 0 <= columns <= MATCH_TILE_COLUMNS &&
-        0 <= x_begin <= INT16_MAX + 1 - columns && match_is_slope(tile->slope_along) &&
-        0 <= tile->offset <= INT32_MAX - columns * lanes &&
-        (\forall integer r; 0 <= r < rows ==>
-            \valid_read(of->raw[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
-            \valid(of->averaged[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
-            \valid(of->running[r] + (0 .. lanes - 1)) && \valid_read(of->line + r)); */
-
 // Averages of the costs up to each column from column `first` of the tile on, weighted by the edges
 // between. They lean, as a surface may be slanted along the row.
-/*@ requires VECTOR_MEMBERS == 1;
-    requires tile_in_rows(of, tile, x_begin, columns, groups, lanes) && 0 <= first <= columns;
-    requires \forall integer r; 0 <= r < groups ==>
-        \valid_read(of->line[r].cost.forward + (x_begin .. x_begin + columns - 1)) &&
-        are_shares(of->line[r].cost.forward, x_begin, x_begin + columns); */
 MATCH_INLINE void average_forward(const struct cost_view *of, const struct match_tile *tile,
                                   int x_begin, int first, int columns, const int groups,
                                   const bool sheared, const int lanes) {
     // A local copy, as stores of bytes might alias the original.
     const struct cost_view view = *of;
-    /*@ admit copied: view.line == of->line && (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==>
-            view.raw[r] == of->raw[r] && view.averaged[r] == of->averaged[r] &&
-            view.running[r] == of->running[r]); */
     const match_share *shares_at[MATCH_ROWS_ABREAST];
-    /*@ loop invariant 0 <= r <= groups;
-        loop invariant \forall integer i; 0 <= i < r ==> shares_at[i] == of->line[i].cost.forward;
-        loop assigns r, shares_at[0 .. groups - 1];
-        loop variant groups - r; */
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         shares_at[r] = view.line[r].cost.forward;
     }
     struct lanes average[COST_GROUPS];
-    /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, average[0 .. groups - 1];
-        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
                    lanes);
     }
     const struct vector price = vector_all(MATCH_LEAN_ALONG);
     ptrdiff_t cell = tile->offset + (ptrdiff_t)first * lanes;
-    /*@ loop invariant x_begin + first <= x <= x_begin + columns;
-        loop invariant cell == tile->offset + (x - x_begin) * lanes;
-        loop assigns x, cell, average[0 .. groups - 1],
-            view.averaged[0 .. groups - 1][tile->offset .. tile->offset + columns * lanes - 1];
-        loop variant x_begin + columns - x; */
     for (int x = x_begin + first; x < x_begin + columns; x++, cell += lanes) {
-        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
         const int rise = sheared ? match_rise(tile->slope_along, x) : 0;
-        /*@ loop invariant 0 <= q <= groups;
-            loop assigns q, average[0 .. groups - 1],
-                view.averaged[0 .. groups - 1][cell .. cell + lanes - 1];
-            loop variant groups - q; */
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
             const struct vector_shares shares = vector_shares_each(shares_at + r, x);
             shear_average(&average[q], rise, (const uint8_t *const *)view.raw + r, cell, lanes);
             struct vector before = vector_all(UINT8_MAX);
-            /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
-                loop assigns k, before, average[q].part[0 .. lanes / MATCH_LANES - 1],
-                    view.averaged[r][cell .. cell + lanes - 1];
-                loop variant lanes - k; */
             for (int k = 0; k < lanes / MATCH_LANES; k++) {
                 const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
                 const struct vector cost = vector_load((const uint8_t *const *)view.raw + r, at);
@@ -189,73 +96,38 @@ MATCH_INLINE void average_forward(const struct cost_view *of, const struct match
             }
         }
     }
-    /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, view.running[0 .. groups - 1][0 .. lanes - 1];
-        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         store_lanes(&average[q], view.running + q * VECTOR_MEMBERS, 0, lanes);
     }
 }
 
 // Adds the averages of the costs to the right of each column to those from the left.
-/*@ requires VECTOR_MEMBERS == 1;
-    requires tile_in_rows(of, tile, x_begin, columns, groups, lanes);
-    requires \forall integer r; 0 <= r < groups ==>
-        \valid_read(of->line[r].cost.joined + (x_begin .. x_begin + columns - 1)) &&
-        are_shares(of->line[r].cost.joined, x_begin, x_begin + columns) &&
-        \valid_read(of->line[r].cost.backward + (x_begin .. x_begin + columns - 1)) &&
-        are_shares(of->line[r].cost.backward, x_begin, x_begin + columns); */
 MATCH_INLINE void average_backward(const struct cost_view *of, const struct match_tile *tile,
                                    int x_begin, int columns, const int groups, const bool sheared,
                                    const int lanes) {
     const struct cost_view view = *of;
-    /*@ admit copied: view.line == of->line && (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==>
-            view.raw[r] == of->raw[r] && view.averaged[r] == of->averaged[r] &&
-            view.running[r] == of->running[r]); */
     const match_share *joined_at[MATCH_ROWS_ABREAST];
     const match_share *backward_at[MATCH_ROWS_ABREAST];
-    /*@ loop invariant 0 <= r <= groups;
-        loop invariant \forall integer i; 0 <= i < r ==>
-            joined_at[i] == of->line[i].cost.joined && backward_at[i] == of->line[i].cost.backward;
-        loop assigns r, joined_at[0 .. groups - 1], backward_at[0 .. groups - 1];
-        loop variant groups - r; */
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         joined_at[r] = view.line[r].cost.joined;
         backward_at[r] = view.line[r].cost.backward;
     }
     struct lanes average[COST_GROUPS];
-    /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, average[0 .. groups - 1];
-        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
                    lanes);
     }
     const struct vector price = vector_all(MATCH_LEAN_ALONG);
     ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
-    /*@ loop invariant x_begin - 1 <= x <= x_begin + columns - 1;
-        loop invariant cell == tile->offset + (x - x_begin + 1) * lanes;
-        loop assigns x, cell, average[0 .. groups - 1],
-            view.averaged[0 .. groups - 1][tile->offset .. tile->offset + columns * lanes - 1];
-        loop variant x - x_begin + 1; */
     for (int x = x_begin + columns - 1; x >= x_begin; x--) {
-        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
         const int rise = sheared ? -match_rise(tile->slope_along, x + 1) : 0;
         cell -= lanes;
-        /*@ loop invariant 0 <= q <= groups;
-            loop assigns q, average[0 .. groups - 1],
-                view.averaged[0 .. groups - 1][cell .. cell + lanes - 1];
-            loop variant groups - q; */
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
             const struct vector_shares joined = vector_shares_each(joined_at + r, x);
             const struct vector_shares backward = vector_shares_each(backward_at + r, x);
             shear_average(&average[q], rise, (const uint8_t *const *)view.raw + r, cell, lanes);
             struct vector before = vector_all(UINT8_MAX);
-            /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
-                loop assigns k, before, average[q].part[0 .. lanes / MATCH_LANES - 1],
-                    view.averaged[r][cell .. cell + lanes - 1];
-                loop variant lanes - k; */
             for (int k = 0; k < lanes / MATCH_LANES; k++) {
                 const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
                 const struct vector from_left =
@@ -269,9 +141,6 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
             }
         }
     }
-    /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, view.running[0 .. groups - 1][0 .. lanes - 1];
-        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         store_lanes(&average[q], view.running + q * VECTOR_MEMBERS, 0, lanes);
     }
@@ -280,21 +149,9 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
 // Moves the averages from the neighbour from the window of the tile `from` to that of `tile`. Where
 // that has no value, the pixel's own cost is used. The first pixel (`from` is NULL) is its own
 // average.
-/*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
-    requires from != NULL ==> match_is_tile(from);
-    requires \forall integer r; 0 <= r < rows ==>
-        \let own = view->raw[r] + tile->offset + column * tile->lanes;
-        \valid(view->running[r] + (0 .. tile->lanes - 1)) &&
-        (from != NULL ==> \valid_read(view->running[r] + (0 .. from->lanes - 1))) &&
-        \valid_read(own + (0 .. tile->lanes - 1)) &&
-        \separated(view->running[r] + (0 .. tile->lanes - 1), own + (0 .. tile->lanes - 1));
-    assigns view->running[0 .. rows - 1][0 .. tile->lanes - 1]; */
 static void enter_tile_with_averages(const struct cost_view *view, const int rows,
                                      const struct match_tile *from, const struct match_tile *tile,
                                      int column) {
-    /*@ loop invariant 0 <= r <= rows;
-        loop assigns r, view->running[0 .. rows - 1][0 .. tile->lanes - 1];
-        loop variant rows - r; */
     for (int r = 0; r < rows; r++) {
         const uint8_t *own = match_cell(view->raw[r], tile, column);
         if (from == NULL) {

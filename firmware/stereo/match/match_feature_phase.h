@@ -165,43 +165,18 @@ static void channel_rows(const struct match_level *level, const struct match_vie
                 scratch);
 }
 
-/*@ predicate are_padded{L}(uint8_t **window, integer pitch, integer width) =
-        1 <= pitch <= MATCH_TILE_COLUMNS && 1 <= width <= IMAGE_MAX_SIDE_PX &&
-        \valid_read(window + (0 .. 2 * MATCH_CENSUS_RADIUS)) &&
-        (\forall integer i; 0 <= i <= 2 * MATCH_CENSUS_RADIUS ==>
-            \valid_read(window[i] + (0 .. width + 2 * MATCH_CENSUS_RADIUS * pitch - 1)));
-    predicate are_comparisons{L}(struct match_comparison *of) =
-        \valid_read(of + (0 .. 7)) && (\forall integer i; 0 <= i < 8 ==>
-            of[i].row <= 2 * MATCH_CENSUS_RADIUS && of[i].column <= 2 * MATCH_CENSUS_RADIUS &&
-            of[i].other_row <= 2 * MATCH_CENSUS_RADIUS &&
-            of[i].other_column <= 2 * MATCH_CENSUS_RADIUS); */
-
 // Eight comparisons, one bit each, into the bits of `mask`. `pitch`: between the bytes of one
 // column of the window and those of the next.
-/*@ requires are_padded(window, pitch, width);
-    requires are_comparisons(of) && \valid(plane + (0 .. width - 1));
-    assigns plane[0 .. width - 1]; */
 static void census_plane(uint8_t *const window[], int pitch, const struct match_comparison of[8],
                          uint8_t mask, int width, uint8_t *restrict plane) {
     const uint8_t *pixel[8], *other[8];
-    /*@ loop invariant 0 <= i <= 8;
-        loop invariant \forall integer j; 0 <= j < i ==>
-            \valid_read(pixel[j] + (0 .. width - 1)) && \valid_read(other[j] + (0 .. width - 1));
-        loop assigns i, pixel[0 .. 7], other[0 .. 7];
-        loop variant 8 - i; */
     for (int i = 0; i < 8; i++) {
         pixel[i] = window[of[i].row] + pitch * of[i].column;
         other[i] = window[of[i].other_row] + pitch * of[i].other_column;
     }
     const uint8_t kept = (uint8_t)(UINT8_MAX - mask);
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, plane[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         uint8_t bits = 0;
-        /*@ loop invariant 0 <= i <= 8;
-            loop assigns i, bits;
-            loop variant 8 - i; */
         for (int i = 0; i < 8; i++) {
             bits = (uint8_t)(bits | (pixel[i][x] > other[i][x] ? 1 << i : 0));
         }
@@ -209,24 +184,13 @@ static void census_plane(uint8_t *const window[], int pitch, const struct match_
     }
 }
 
-/*@ requires are_padded(window, pitch, width);
-    requires \valid(gradient + (0 .. width - 1));
-    assigns gradient[0 .. width - 1]; */
 static void gradient_row(uint8_t *const window[], int pitch, int width,
                          uint8_t *restrict gradient) {
     const uint8_t *before[3], *after[3];
-    /*@ loop invariant 0 <= j <= 3;
-        loop invariant \forall integer k; 0 <= k < j ==>
-            \valid_read(before[k] + (0 .. width - 1)) && \valid_read(after[k] + (0 .. width - 1));
-        loop assigns j, before[0 .. 2], after[0 .. 2];
-        loop variant 3 - j; */
     for (int j = 0; j < 3; j++) {
         before[j] = window[j + 1] + pitch;
         after[j] = window[j + 1] + 3 * pitch;
     }
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, gradient[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         const int16_t slope =
             (int16_t)(after[0][x] - before[0][x] + 2 * (after[1][x] - before[1][x]) + after[2][x] -
@@ -306,19 +270,10 @@ static void compare_channel(const struct match_level *level, const struct match_
 }
 
 // Index i of the result is right pixel (width - 1 + pad) - i; the ends are repeated.
-/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
-    requires 0 <= level->right_pad <= MATCH_DISPARITY_LIMIT;
-    requires level->width + level->right_pad <= level->right_length <= INT16_MAX;
-    requires \valid_read(from + (0 .. level->width - 1));
-    requires \valid(to + (0 .. level->right_length - 1));
-    assigns to[0 .. level->right_length - 1]; */
 static void reverse_feature(const struct match_level *level, const uint8_t *restrict from,
                             uint8_t *restrict to) {
     const int width = level->width;
     uint8_t *restrict reversed = to + level->right_pad;
-    /*@ loop invariant 0 <= i <= width;
-        loop assigns i, reversed[0 .. width - 1];
-        loop variant width - i; */
     for (int i = 0; i < width; i++) {
         reversed[i] = from[width - 1 - i];
     }

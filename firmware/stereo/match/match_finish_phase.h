@@ -10,8 +10,6 @@
 #include "core/invariant.h"
 #include "stereo/match/match_state.h"
 
-/*@ assigns \nothing;
-    ensures \result == a || \result == b || \result == c; */
 static inline int32_t median_of_three(int32_t a, int32_t b, int32_t c) {
     const int32_t low = a < b ? a : b;
     const int32_t high = a < b ? b : a;
@@ -21,15 +19,8 @@ static inline int32_t median_of_three(int32_t a, int32_t b, int32_t c) {
 
 // `here` becomes the median of itself, the row before, at `raw`, and the next one; `raw` becomes
 // the old `here`.
-/*@ requires 0 <= columns;
-    requires \valid(raw + (0 .. columns - 1)) && \valid(here + (0 .. columns - 1));
-    requires \valid_read(next + (0 .. columns - 1));
-    assigns raw[0 .. columns - 1], here[0 .. columns - 1]; */
 static void smooth_row(int32_t *restrict raw, int32_t *restrict here, const int32_t *restrict next,
                        int columns) {
-    /*@ loop invariant 0 <= x <= columns;
-        loop assigns x, raw[0 .. columns - 1], here[0 .. columns - 1];
-        loop variant columns - x; */
     for (int x = 0; x < columns; x++) {
         const int32_t was = here[x];
         here[x] = median_of_three(raw[x], was, next[x]);
@@ -39,21 +30,9 @@ static void smooth_row(int32_t *restrict raw, int32_t *restrict here, const int3
 
 // The two image rows between the middles of two rows of the level: a quarter of the other one where
 // both lie on one surface.
-/*@ predicate in_range_q8(integer disparity_q8) = -(1 << 30) < disparity_q8 < 1 << 30; */
 
-/*@ requires 0 <= columns;
-    requires \valid(upper + (0 .. columns - 1)) && \valid(lower + (0 .. columns - 1));
-    requires \separated(upper + (0 .. columns - 1), lower + (0 .. columns - 1));
-    requires \forall integer x; 0 <= x < columns ==>
-        in_range_q8(upper[x]) && in_range_q8(lower[x]);
-    assigns upper[0 .. columns - 1], lower[0 .. columns - 1]; */
 static void fill_between(int32_t *restrict upper, int32_t *restrict lower, int columns) {
     enum { SURFACE_STEP_Q8 = 256 };
-    /*@ loop invariant 0 <= x <= columns;
-        loop invariant \forall integer i; x <= i < columns ==>
-            in_range_q8(upper[i]) && in_range_q8(lower[i]);
-        loop assigns x, upper[0 .. columns - 1], lower[0 .. columns - 1];
-        loop variant columns - x; */
     for (int x = 0; x < columns; x++) {
         const int32_t rise = lower[x] - upper[x];
         const int32_t part = rise <= SURFACE_STEP_Q8 && rise >= -SURFACE_STEP_Q8 ? rise / 4 : 0;

@@ -34,16 +34,11 @@ void match_advance(struct match_level *level, int rows);
 void match_finish(struct match_state *state);
 
 /// Whether a level is the one whose disparities are the result.
-/*@ requires \valid_read(level);
-    assigns \nothing; */
 static inline bool match_is_finest(const struct match_level *level) {
     return level == &level->state->level[0];
 }
 
 /// The least penalty of a jump: see match_p2. Lower ones lose steep surfaces on coarser levels.
-/*@ requires \valid_read(level);
-    assigns \nothing;
-    ensures \result <= 135; */
 static inline uint8_t match_least_p2(const struct match_level *level) {
     return match_is_finest(level) ? 30 : 45;
 }

@@ -18,40 +18,15 @@ struct path_penalties {
     struct vector p2;  // of any other
 };
 
-/*@ predicate are_lanes(integer lanes) =
-        MATCH_LANES <= lanes <= MATCH_MAX_DISPARITIES && lanes % MATCH_LANES == 0;
-    predicate is_cell(integer cell) = 0 <= cell <= INT32_MAX;
-    predicate are_shares{L}(match_share *of, integer begin, integer end) =
-        \forall integer i; begin <= i < end ==> match_is_share(of[i]);
-    predicate is_level{L}(struct match_level *of) =
-        \valid_read(of) && MATCH_MIN_WIDTH_PX <= of->width <= INT16_MAX &&
-        0 <= of->right_pad <= INT16_MAX && 0 <= of->right_length <= 4 * INT16_MAX &&
-        -MATCH_DISPARITY_LIMIT <= of->disparity_min <= MATCH_DISPARITY_LIMIT;
-    // A product that provers find when it is stated.
-    predicate times(integer a, integer b, integer lanes) = a * lanes <= b * lanes;
-    lemma times: \forall integer a, b, lanes; a <= b ==> 0 <= lanes ==> times(a, b, lanes); */
-
-/*@ requires are_lanes(lanes) && is_cell(cell);
-    requires \valid_read(at) && \valid_read(at[0] + (cell .. cell + lanes - 1)) && \valid(to);
-    assigns to->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void load_lanes(const uint8_t *const at[], ptrdiff_t cell, struct lanes *to,
                              const int lanes) {
-    /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
-        loop assigns k, to->part[0 .. lanes / MATCH_LANES - 1];
-        loop variant lanes - k; */
     for (int k = 0; k < lanes / MATCH_LANES; k++) {
         to->part[k] = vector_load(at, cell + (ptrdiff_t)k * MATCH_LANES);
     }
 }
 
-/*@ requires are_lanes(lanes) && is_cell(cell);
-    requires \valid_read(at) && \valid(at[0] + (cell .. cell + lanes - 1)) && \valid_read(from);
-    assigns at[0][cell .. cell + lanes - 1]; */
 MATCH_INLINE void store_lanes(const struct lanes *from, uint8_t *const at[], ptrdiff_t cell,
                               const int lanes) {
-    /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
-        loop assigns k, at[0][cell .. cell + lanes - 1];
-        loop variant lanes - k; */
     for (int k = 0; k < lanes / MATCH_LANES; k++) {
         vector_store(at, cell + (ptrdiff_t)k * MATCH_LANES, from->part[k]);
     }
@@ -60,9 +35,6 @@ MATCH_INLINE void store_lanes(const struct lanes *from, uint8_t *const at[], ptr
 // The lower neighbour and the upper neighbour of each lane, whichever is lower; those beyond the
 // ends are infinite. `before` is the original part before part k, even if `lanes` has been
 // overwritten there.
-/*@ requires are_lanes(lanes) && 0 <= k < lanes / MATCH_LANES;
-    requires \valid_read(of);
-    assigns \nothing; */
 MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct vector before,
                                            const int lanes) {
     const struct vector after =
@@ -72,9 +44,6 @@ MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct
 
 // Part k of an average, in which each lane may be replaced by a neighbour's value plus `price`: an
 // average along a slanted surface. `before` as above.
-/*@ requires are_lanes(lanes) && 0 <= k < lanes / MATCH_LANES;
-    requires \valid_read(of);
-    assigns \nothing; */
 MATCH_INLINE struct vector leaning(const struct lanes *of, int k, struct vector before,
                                    struct vector price, const int lanes) {
     const struct vector beside = lower_neighbour(of, k, before, lanes);
@@ -83,42 +52,24 @@ MATCH_INLINE struct vector leaning(const struct lanes *of, int k, struct vector 
 
 // Moves all lanes up by `rise`, as far as a surface rises from one pixel to the next. Those that
 // come from beyond the ends are `low` and `high`. Not inlined: few tiles are slanted.
-/*@ requires are_lanes(lanes) && match_is_rise(rise);
-    requires \valid(of);
-    assigns of->part[0 .. lanes / MATCH_LANES - 1]; */
 static __attribute__((noinline)) void move_lanes(struct lanes *of, int rise, struct vector low,
                                                  struct vector high, int lanes) {
     const int count = lanes / MATCH_LANES;
-    /*@ loop invariant 0 <= i <= MATCH_RISE_MAX;
-        loop assigns i, of->part[0 .. count - 1];
-        loop variant rise - i; */
     for (int i = 0; i < rise; i++) {
         struct vector before = low;
-        /*@ loop invariant 0 <= k <= count;
-            loop assigns k, before, of->part[0 .. count - 1];
-            loop variant count - k; */
         for (int k = 0; k < count; k++) {
             const struct vector here = of->part[k];
             of->part[k] = vector_up(here, before);
             before = here;
         }
     }
-    /*@ loop invariant -MATCH_RISE_MAX <= i <= 0;
-        loop assigns i, of->part[0 .. count - 1];
-        loop variant i - rise; */
     for (int i = 0; i > rise; i--) {
-        /*@ loop invariant 0 <= k <= count;
-            loop assigns k, of->part[0 .. count - 1];
-            loop variant count - k; */
         for (int k = 0; k < count; k++) {
             of->part[k] = vector_down(of->part[k], k + 1 < count ? of->part[k + 1] : high);
         }
     }
 }
 
-/*@ requires are_lanes(lanes) && match_is_rise(rise);
-    requires \valid(of);
-    assigns of->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void shear(struct lanes *of, int rise, struct vector low, struct vector high,
                         const int lanes) {
     if (rise != 0) {
@@ -128,10 +79,6 @@ MATCH_INLINE void shear(struct lanes *of, int rise, struct vector low, struct ve
 
 // Shears an average as it arrives in the pixel of `at` and `cell`, whose own costs at the ends of
 // its window stand for what lies beyond these.
-/*@ requires are_lanes(lanes) && match_is_rise(rise);
-    requires is_cell(cell) && \valid_read(at) && \valid(of);
-    requires \valid_read(at[0] + (cell .. cell + lanes - 1));
-    assigns of->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void shear_average(struct lanes *of, int rise, const uint8_t *const at[],
                                 ptrdiff_t cell, const int lanes) {
     if (rise != 0) {
@@ -143,17 +90,11 @@ MATCH_INLINE void shear_average(struct lanes *of, int rise, const uint8_t *const
 // path cost in `path_cost` and neighbours beyond the ends are infinite; then its lowest lane is
 // subtracted. Source: H. Hirschmueller, "Stereo processing by semiglobal matching and mutual
 // information", PAMI 30(2), 2008, equation 13.
-/*@ requires are_lanes(lanes);
-    requires \valid_read(cost) && \valid(path_cost) && \separated(cost, path_cost);
-    assigns path_cost->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void add_path_cost(const struct lanes *cost, struct path_penalties penalties,
                                 struct lanes *path_cost, const int lanes) {
     const int count = lanes / MATCH_LANES;
     struct vector before = vector_all(UINT8_MAX);
     struct vector smallest = vector_all(UINT8_MAX);
-    /*@ loop invariant 0 <= k <= count;
-        loop assigns k, before, smallest, path_cost->part[0 .. count - 1];
-        loop variant count - k; */
     for (int k = 0; k < count; k++) {
         const struct vector here = path_cost->part[k];
         const struct vector beside = lower_neighbour(path_cost, k, before, lanes);
@@ -164,42 +105,21 @@ MATCH_INLINE void add_path_cost(const struct lanes *cost, struct path_penalties 
         before = here;
     }
     const struct vector lowest = vector_lowest(smallest);
-    /*@ loop invariant 0 <= k <= count;
-        loop assigns k, path_cost->part[0 .. count - 1];
-        loop variant count - k; */
     for (int k = 0; k < count; k++) {
         path_cost->part[k] = vector_sub(path_cost->part[k], lowest);
     }
 }
 
 // The first lane of a member that is the lowest of all `total`.
-/*@ requires VECTOR_MEMBERS == 1 && 1 <= count <= PATH_COST_VECTORS;
-    requires \valid_read(total + (0 .. count - 1)) && \valid(lane);
-    requires count == 1 ==>
-        (\exists integer i; 0 <= i < MATCH_LANES && total[0].lane[i] == lowest.lane[i]);
-    assigns lane[0];
-    ensures -1 <= lane[0] < MATCH_LANES * count; */
 MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
                                int lane[VECTOR_MEMBERS], const int count) {
-    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
-        loop invariant r == 1 ==> lane[0] == -1;
-        loop assigns r, lane[0];
-        loop variant VECTOR_MEMBERS - r; */
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
         lane[r] = -1;
     }
     // Two parts of a member fill a word.
-    /*@ loop invariant 0 <= k <= count + 1 && k % 2 == 0;
-        loop invariant -1 <= lane[0] < MATCH_LANES * count;
-        loop assigns k, lane[0];
-        loop variant count + 1 - k; */
     for (int k = 0; k < count; k += 2) {
         const uint32_t here = vector_equal(total[k], lowest);
         const uint32_t next = k + 1 < count ? vector_equal(total[k + 1], lowest) : 0;
-        /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
-            loop invariant -1 <= lane[0] < MATCH_LANES * count;
-            loop assigns r, lane[0];
-            loop variant VECTOR_MEMBERS - r; */
         for (int r = 0; r < VECTOR_MEMBERS; r++) {
             const uint32_t bits = (here >> (MATCH_LANES * r) & 0xffff) +
                                   0x10000u * (next >> (MATCH_LANES * r) & 0xffff);
@@ -214,14 +134,6 @@ MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
 
 // Moves the cells of one pixel from the window `from` to the window `to`. Lanes missing in `from`
 // get the value of `fill`, or UINT8_MAX if that is NULL.
-/*@ requires match_is_tile(from) && match_is_tile(to);
-    requires \valid_read(from_cells + (0 .. from->lanes - 1));
-    requires fill != NULL ==> \valid_read(fill + (0 .. to->lanes - 1));
-    requires \valid(to_cells + (0 .. to->lanes - 1));
-    requires \separated(to_cells + (0 .. to->lanes - 1), from_cells + (0 .. from->lanes - 1));
-    requires fill != NULL ==>
-        \separated(to_cells + (0 .. to->lanes - 1), fill + (0 .. to->lanes - 1));
-    assigns to_cells[0 .. to->lanes - 1]; */
 static inline void match_realign(const uint8_t *from_cells, const struct match_tile *from,
                                  const uint8_t *fill, const struct match_tile *to,
                                  uint8_t *to_cells) {
@@ -229,9 +141,6 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
     const int first = shift < 0 ? -shift : 0;
     const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
     // In steps of constant size, which compile to single moves.
-    /*@ loop invariant 0 <= i <= to->lanes && i % MATCH_LANES == 0;
-        loop assigns i, to_cells[0 .. to->lanes - 1];
-        loop variant to->lanes - i; */
     for (int i = 0; i < to->lanes; i += MATCH_LANES) {
         if (fill == NULL) {
             memset(to_cells + i, UINT8_MAX, MATCH_LANES);
@@ -241,26 +150,17 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
     }
     if (beyond - first >= MATCH_LANES) {
         // The last step ends where the lanes end, and overlaps the one before.
-        /*@ loop invariant first <= i <= beyond + MATCH_LANES;
-            loop assigns i, to_cells[0 .. to->lanes - 1];
-            loop variant beyond - i; */
         for (int i = first; i < beyond; i += MATCH_LANES) {
             const int at = i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES;
             memcpy(to_cells + at, from_cells + at + shift, MATCH_LANES);
         }
     } else {
-        /*@ loop invariant first <= i;
-            loop assigns i, to_cells[0 .. to->lanes - 1];
-            loop variant beyond - i; */
         for (int i = first; i < beyond; i++) {
             to_cells[i] = from_cells[i + shift];
         }
     }
 }
 
-/*@ requires \valid_read(a) && \valid_read(b);
-    assigns \nothing;
-    ensures \result <==> a->base == b->base && a->lanes == b->lanes; */
 static inline bool match_same_window(const struct match_tile *a, const struct match_tile *b) {
     return a->base == b->base && a->lanes == b->lanes;
 }

@@ -39,37 +39,7 @@ struct row_view {
     struct rectify_span left[MATCH_ROWS_ABREAST], right[MATCH_ROWS_ABREAST];
 };
 
-/*@ predicate tile_in_lines{L}(struct row_view *of, struct match_tile *tile, integer x_begin,
-                               integer columns, integer rows, integer lanes) =
-        \valid_read(of) && \valid_read(tile) && are_lanes(lanes) && is_level(of->level) &&
-        1 <= rows <= MATCH_ROWS_ABREAST && 0 <= columns <= MATCH_TILE_COLUMNS &&
-        0 <= x_begin <= INT16_MAX + 1 - columns && match_is_slope(tile->slope_along) &&
-        0 <= tile->offset <= INT32_MAX - columns * lanes &&
-        (\forall integer r; 0 <= r < rows ==>
-            \valid_read(of->cost[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
-            \valid_read(of->above[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
-            \valid(of->sum[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
-            \valid(of->path_cost[r] + (0 .. lanes - 1)) && \valid_read(of->line + r) &&
-            \valid_read(of->line[r].row.penalty + (x_begin .. x_begin + columns)) &&
-            \valid(of->line[r].row.lane + (x_begin .. x_begin + columns - 1)) &&
-            \valid(of->line[r].row.margin + (x_begin .. x_begin + columns - 1))); */
-
-/*@ logic integer first_may_win{L}(struct row_view *of, integer r, struct match_tile *tile,
-                                   integer x) =
-        x - of->level->disparity_min - tile->base - of->right[r].end + 1;
-    logic integer beyond_may_win{L}(struct row_view *of, integer r, struct match_tile *tile,
-                                    integer x) =
-        x - of->level->disparity_min - tile->base - of->right[r].begin + 1;
-    predicate all_may_win{L}(struct row_view *of, integer r, struct match_tile *tile, integer x) =
-        first_may_win(of, r, tile, x) <= 0 && tile->lanes <= beyond_may_win(of, r, tile, x); */
-
 // The lanes of the window that may win at x: their right pixel is inside the right row's span.
-/*@ requires \valid_read(view) && is_level(view->level) && 0 <= r < MATCH_ROWS_ABREAST;
-    requires \valid_read(tile) && 0 <= x <= INT16_MAX;
-    requires \valid(begin) && \valid(end) && \separated(begin, end);
-    assigns *begin, *end;
-    ensures *begin == \old(\max(first_may_win(view, r, tile, x), 0));
-    ensures *end == \old(\min(beyond_may_win(view, r, tile, x), tile->lanes)); */
 static inline void searched(const struct row_view *view, int r, const struct match_tile *tile,
                             int x, int *begin, int *end) {
     const struct match_level *level = view->level;
@@ -81,21 +51,11 @@ static inline void searched(const struct row_view *view, int r, const struct mat
 }
 
 // Path costs from the left through one tile, each added to the one from above.
-/*@ requires VECTOR_MEMBERS == 1;
-    requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
 MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile *tile, int x_begin,
                              int columns, const int groups, const bool sheared, const int lanes) {
     // A local copy, as stores of bytes might alias the original.
     const struct row_view view = *of;
-    /*@ admit copied: view.level == of->level && view.line == of->line &&
-            (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
-                view.above[r] == of->above[r] && view.sum[r] == of->sum[r] &&
-                view.path_cost[r] == of->path_cost[r]); */
     const uint8_t *penalty[MATCH_ROWS_ABREAST];
-    /*@ loop invariant 0 <= r <= groups;
-        loop invariant \forall integer i; 0 <= i < r ==> penalty[i] == of->line[i].row.penalty;
-        loop assigns r, penalty[0 .. groups - 1];
-        loop variant groups - r; */
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty;
     }
@@ -103,26 +63,13 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
     const struct vector max = vector_all(SUMMAND_MAX);
     const int count = lanes / MATCH_LANES;
     struct lanes path_cost[ROW_GROUPS];
-    /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, path_cost[0 .. groups - 1];
-        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         load_lanes((const uint8_t *const *)view.path_cost + q * VECTOR_MEMBERS, 0, &path_cost[q],
                    lanes);
     }
     ptrdiff_t cell = tile->offset;
-    /*@ loop invariant x_begin <= x <= x_begin + columns;
-        loop invariant cell == tile->offset + (x - x_begin) * lanes;
-        loop assigns x, cell, path_cost[0 .. groups - 1],
-            view.sum[0 .. groups - 1][tile->offset .. tile->offset + columns * lanes - 1];
-        loop variant x_begin + columns - x; */
     for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
-        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
         const int rise = sheared ? match_rise(tile->slope_along, x) : 0;
-        /*@ loop invariant 0 <= q <= groups;
-            loop assigns q, path_cost[0 .. groups - 1],
-                view.sum[0 .. groups - 1][cell .. cell + lanes - 1];
-            loop variant groups - q; */
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
             const struct path_penalties penalties = {small, vector_each(penalty + r, x)};
@@ -130,9 +77,6 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
             load_lanes(view.cost + r, cell, &cost, lanes);
             shear(&path_cost[q], rise, vector_all(UINT8_MAX), vector_all(UINT8_MAX), lanes);
             add_path_cost(&cost, penalties, &path_cost[q], lanes);
-            /*@ loop invariant 0 <= k <= count;
-                loop assigns k, view.sum[r][cell .. cell + lanes - 1];
-                loop variant count - k; */
             for (int k = 0; k < count; k++) {
                 const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
                 const struct vector above = vector_load(view.above + r, at);
@@ -142,29 +86,17 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
             }
         }
     }
-    /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, view.path_cost[0 .. groups - 1][0 .. lanes - 1];
-        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         store_lanes(&path_cost[q], view.path_cost + q * VECTOR_MEMBERS, 0, lanes);
     }
 }
 
 // Excludes the lanes from i on that may not win.
-/*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST;
-    requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
-    requires 0 <= x <= INT16_MAX && 0 <= i < MATCH_MAX_DISPARITIES;
-    assigns \nothing; */
 static inline struct vector hide_outside(const struct row_view *view, int r_begin,
                                          const struct match_tile *tile, int x, int i,
                                          struct vector total) {
     const uint8_t *front[VECTOR_MEMBERS];
     const uint8_t *behind[VECTOR_MEMBERS];
-    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
-        loop invariant r == 1 ==> \valid_read(front[0] + (0 .. MATCH_LANES - 1)) &&
-            \valid_read(behind[0] + (0 .. MATCH_LANES - 1));
-        loop assigns r, front[0], behind[0];
-        loop variant VECTOR_MEMBERS - r; */
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
         int begin;
         int end;
@@ -178,27 +110,12 @@ static inline struct vector hide_outside(const struct row_view *view, int r_begi
 }
 
 // Adds up all path costs of pixel x of the rows from r_begin on, and records the winner of each.
-/*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST && are_lanes(lanes);
-    requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
-    requires 0 <= x <= INT16_MAX && is_cell(cell) && \valid_read(path_cost);
-    requires \valid_read(view->sum[r_begin] + (cell .. cell + lanes - 1));
-    requires \valid_read(view->line + r_begin);
-    requires \valid(view->line[r_begin].row.lane + x);
-    requires \valid(view->line[r_begin].row.margin + x);
-    assigns view->line[r_begin].row.lane[x], view->line[r_begin].row.margin[x]; */
 MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct match_tile *tile,
                          int x, ptrdiff_t cell, const struct lanes *path_cost, const bool hide,
                          const int lanes) {
     const int count = lanes / MATCH_LANES;
     struct vector total[PATH_COST_VECTORS];
     struct vector lowest = vector_all(UINT8_MAX);
-    /*@ loop invariant 0 <= k <= count;
-        loop invariant k == 1 ==>
-            (\forall integer i; 0 <= i < MATCH_LANES ==> lowest.lane[i] == total[0].lane[i]);
-        loop invariant k == 0 ==>
-            (\forall integer i; 0 <= i < MATCH_LANES ==> lowest.lane[i] == UINT8_MAX);
-        loop assigns k, lowest, total[0 .. count - 1];
-        loop variant count - k; */
     for (int k = 0; k < count; k++) {
         total[k] = vector_add(vector_load((const uint8_t *const *)view->sum + r_begin,
                                           cell + (ptrdiff_t)k * MATCH_LANES),
@@ -212,25 +129,15 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
     int lane[VECTOR_MEMBERS];
     first_lowest(total, lowest, lane, count);
     const uint8_t *near[VECTOR_MEMBERS];
-    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
-        loop invariant r == 1 ==> near[0] == &near_lanes[NEAR_MIDDLE - lane[0]];
-        loop assigns r, near[0];
-        loop variant VECTOR_MEMBERS - r; */
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
         near[r] = near_lanes + NEAR_MIDDLE - lane[r];
     }
     struct vector rival = vector_all(UINT8_MAX);
-    /*@ loop invariant 0 <= k <= count;
-        loop assigns k, rival;
-        loop variant count - k; */
     for (int k = 0; k < count; k++) {
         rival =
             vector_min(rival, vector_or(total[k], vector_load(near, (ptrdiff_t)k * MATCH_LANES)));
     }
     const struct vector margin = vector_sub(vector_lowest(rival), lowest);
-    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
-        loop assigns r, view->line[r_begin].row.lane[x], view->line[r_begin].row.margin[x];
-        loop variant VECTOR_MEMBERS - r; */
     for (int r = 0; r < VECTOR_MEMBERS; r++) {
         view->line[r_begin + r].row.lane[x] = (int16_t)lane[r];
         view->line[r_begin + r].row.margin[x] = vector_first(margin, r);
@@ -238,49 +145,25 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
 }
 
 // Path costs from the right through one tile, each added to the others; chooses the winners.
-/*@ requires VECTOR_MEMBERS == 1;
-    requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
 MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *tile, int x_begin,
                             int columns, const bool hide, const int groups, const bool sheared,
                             const int lanes) {
     const struct row_view view = *of;
-    /*@ admit copied: view.level == of->level && view.line == of->line &&
-            (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
-                view.above[r] == of->above[r] && view.sum[r] == of->sum[r] &&
-                view.path_cost[r] == of->path_cost[r]); */
     const uint8_t *penalty[MATCH_ROWS_ABREAST];
-    /*@ loop invariant 0 <= r <= groups;
-        loop invariant \forall integer i; 0 <= i < r ==> penalty[i] == of->line[i].row.penalty + 1;
-        loop assigns r, penalty[0 .. groups - 1];
-        loop variant groups - r; */
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty + 1;
     }
     const struct vector small = vector_all(MATCH_P1);
     struct lanes path_cost[ROW_GROUPS];
-    /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, path_cost[0 .. groups - 1];
-        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         load_lanes((const uint8_t *const *)view.path_cost + q * VECTOR_MEMBERS, 0, &path_cost[q],
                    lanes);
     }
     const int slope = tile->slope_along;  // no winner is stored there
     ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
-    /*@ loop invariant x_begin - 1 <= x <= x_begin + columns - 1;
-        loop invariant cell == tile->offset + (x - x_begin + 1) * lanes;
-        loop assigns x, cell, path_cost[0 .. groups - 1],
-            of->line[0 .. groups - 1].row.lane[x_begin .. x_begin + columns - 1],
-            of->line[0 .. groups - 1].row.margin[x_begin .. x_begin + columns - 1];
-        loop variant x - x_begin + 1; */
     for (int x = x_begin + columns - 1; x >= x_begin; x--) {
-        //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
         const int rise = sheared ? -match_rise(slope, x + 1) : 0;
         cell -= lanes;
-        /*@ loop invariant 0 <= q <= groups;
-            loop assigns q, path_cost[0 .. groups - 1], of->line[0 .. groups - 1].row.lane[x],
-                of->line[0 .. groups - 1].row.margin[x];
-            loop variant groups - q; */
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
             const struct path_penalties penalties = {small, vector_each(penalty + r, x)};
@@ -291,27 +174,15 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
             choose(&view, r, tile, x, cell, &path_cost[q], hide, lanes);
         }
     }
-    /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, view.path_cost[0 .. groups - 1][0 .. lanes - 1];
-        loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
         store_lanes(&path_cost[q], view.path_cost + q * VECTOR_MEMBERS, 0, lanes);
     }
 }
 
 // Moves the path costs to another window; from beyond a row (`from` is NULL) the first cost.
-/*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
-    requires from != NULL ==> match_is_tile(from);
-    requires \forall integer r; 0 <= r < rows ==>
-        \valid(view->path_cost[r] + (0 .. tile->lanes - 1)) &&
-        (from != NULL ==> \valid_read(view->path_cost[r] + (0 .. from->lanes - 1)));
-    assigns view->path_cost[0 .. rows - 1][0 .. tile->lanes - 1]; */
 static void enter_tile_with_path_costs(const struct row_view *view, const int rows,
                                        const struct match_tile *from,
                                        const struct match_tile *tile) {
-    /*@ loop invariant 0 <= r <= rows;
-        loop assigns r, view->path_cost[0 .. rows - 1][0 .. tile->lanes - 1];
-        loop variant rows - r; */
     for (int r = 0; r < rows; r++) {
         if (from == NULL) {
             memset(view->path_cost[r], 0, (size_t)tile->lanes);
@@ -324,21 +195,8 @@ static void enter_tile_with_path_costs(const struct row_view *view, const int ro
 }
 
 // Whether some lane of some pixel of the tile may not win.
-/*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && is_level(view->level);
-    requires \valid_read(tile) && 1 <= columns <= MATCH_TILE_COLUMNS;
-    requires 0 <= x_begin && x_begin + columns <= view->level->width;
-    assigns \nothing;
-    ensures \result == \false ==> (\forall integer r; 0 <= r < rows ==>
-        (\forall integer x; x_begin <= x < x_begin + columns ==>
-            all_may_win(view, r, tile, x))); */
 static bool hides(const struct row_view *view, const int rows, const struct match_tile *tile,
                   int x_begin, int columns) {
-    /*@ loop invariant 0 <= r <= rows;
-        loop invariant \forall integer i; 0 <= i < r ==>
-            (\forall integer x; x_begin <= x < x_begin + columns ==>
-                all_may_win(view, i, tile, x));
-        loop assigns r;
-        loop variant rows - r; */
     for (int r = 0; r < rows; r++) {
         int begin;
         int end;
@@ -418,21 +276,12 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
     }
 }
 
-/*@ requires match_has_steps(level) && 0 <= y && \valid_read(line);
-    requires \valid(line->row.penalty + (0 .. level->width));
-    requires \valid(line->row.claim + (0 .. level->width));
-    requires \separated(line, line->row.claim + (0 .. level->width)) &&
-        \separated(level, line->row.claim + (0 .. level->width));
-    assigns line->row.penalty[0 .. level->width], line->row.claim[0 .. level->width]; */
 static void prepare_line(const struct match_level *level, struct match_line *line, int y) {
     const uint8_t *restrict step = level->step_along[y % level->ring_rows];
     uint8_t *restrict penalty = line->row.penalty;
     const int width = level->width;
     const uint8_t least = match_least_p2(level);
     penalty[0] = penalty[width] = 0;
-    /*@ loop invariant 1 <= x <= width;
-        loop assigns x, penalty[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 1; x < width; x++) {
         penalty[x] = match_p2(step[x], least);
     }

@@ -254,52 +254,7 @@ struct match_state {
 
 #define MATCH_INLINE static inline __attribute__((always_inline))
 
-/*@ predicate match_is_share(integer pair) =
-        1 <= (pair & 0xff) < MATCH_WEIGHT_ONE && pair >> 8 == MATCH_WEIGHT_ONE - (pair & 0xff);
-    predicate match_is_mass(integer mass) = 0 <= mass < 10 * MATCH_MASS_ONE;
-    predicate match_is_weight(integer weight) = 0 <= weight <= 58982;
-    predicate match_are_lanes(integer lanes) =
-        MATCH_LANES <= lanes <= MATCH_MAX_DISPARITIES && lanes % MATCH_LANES == 0;
-    predicate match_is_slope(integer slope) = -MATCH_SLOPE_MAX <= slope <= MATCH_SLOPE_MAX;
-    predicate match_is_rise(integer rise) = -MATCH_RISE_MAX <= rise <= MATCH_RISE_MAX;
-    predicate match_is_tile{L}(struct match_tile *of) =
-        \valid_read(of) && match_are_lanes(of->lanes) && 0 <= of->base < MATCH_MAX_DISPARITIES;
-    predicate match_is_size(integer width, integer height) =
-        1 <= width <= IMAGE_MAX_SIDE_PX && 1 <= height <= IMAGE_MAX_SIDE_PX;
-    predicate match_is_span(struct rectify_span of, integer width) =
-        0 <= of.begin <= of.end <= INT16_MAX && (of.begin < of.end ==> of.end <= width);
-    predicate match_is_stride(integer stride) = -INT32_MAX <= stride <= INT32_MAX;
-    predicate match_is_image{L}(struct image_u8 *of) =
-        \valid_read(of) && match_is_size(of->width, of->height) && match_is_stride(of->stride) &&
-        (\forall integer y; 0 <= y < of->height ==>
-            \valid_read(of->data + y * of->stride + (0 .. of->width - 1)));
-    predicate match_has_guide{L}(struct match_level *of) =
-        \valid_read(of) && match_is_size(of->width, of->height) &&
-        (of->shift_x == 0 && of->shift_y == 0 ?
-            \valid_read(of->state) && \valid_read(of->state->input) &&
-            match_is_image(&of->state->input->left) &&
-            of->width <= of->state->input->left.width &&
-            of->height <= of->state->input->left.height :
-            1 <= of->ring_rows <= MATCH_MAX_RING_ROWS &&
-            (\forall integer i; 0 <= i < of->ring_rows ==>
-                \valid_read(of->guide[i] + (0 .. of->width - 1))));
-    // The columns of whole tiles.
-    logic integer match_columns(integer width) =
-        (width + MATCH_TILE_COLUMNS - 1) / MATCH_TILE_COLUMNS * MATCH_TILE_COLUMNS;
-    predicate match_has_steps{L}(struct match_level *of) =
-        \valid_read(of) && match_is_size(of->width, of->height) &&
-        1 <= of->ring_rows <= MATCH_MAX_RING_ROWS &&
-        (\forall integer i; 0 <= i < of->ring_rows ==>
-            \valid_read(of->step_along[i] + (0 .. of->width - 1)) &&
-            \valid_read(of->step_down[i] + (0 .. match_columns(of->width) - 1)) &&
-            \valid_read(of->weight_down[i] + (0 .. match_columns(of->width) - 1)) &&
-            (\forall integer x; 0 <= x < match_columns(of->width) ==>
-                match_is_weight(of->weight_down[i][x]))); */
-
 /// A pair of shares from the first one, between 1 and 127.
-/*@ requires 1 <= share < MATCH_WEIGHT_ONE;
-    assigns \nothing;
-    ensures match_is_share(\result) && (\result & 0xff) == share; */
 static inline match_share match_share_of(uint16_t share) {
     return (match_share)((MATCH_WEIGHT_ONE << 8) - UINT8_MAX * share);
 }
@@ -308,9 +263,6 @@ static inline match_share match_share_of(uint16_t share) {
 /// down. Without branches, so that compilers can vectorize it: in binary places and 16 bits, or by
 /// a processor that divides vectors. There 24 bits are exact: a quotient that is not whole is a
 /// 10,240th or more below the next whole number, and the float nearest to it is too.
-/*@ requires match_is_mass(mass_a) && match_is_mass(mass_b);
-    assigns \nothing;
-    ensures match_is_share(\result); */
 static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) {
 #if defined(__SSE4_1__)
     const float quotient = (float)(mass_a * MATCH_WEIGHT_ONE) / (float)(mass_a + mass_b);
@@ -320,9 +272,6 @@ static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) 
     const uint16_t whole = (uint16_t)(mass_a + mass_b);
     uint16_t rest = mass_a;
     uint16_t share = 0;
-    /*@ loop invariant 0 <= i <= 7 && rest <= whole && share < 1 << i;
-        loop assigns i, rest, share;
-        loop variant 7 - i; */
     for (int i = 0; i < 7; i++) {
         rest = (uint16_t)(2 * rest);
         const uint16_t taken = rest >= whole ? whole : 0;
@@ -334,17 +283,12 @@ static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) 
 }
 
 /// The two weights swapped.
-/*@ requires match_is_share(share);
-    assigns \nothing;
-    ensures match_is_share(\result) && (\result & 0xff) == share >> 8; */
 static inline match_share match_share_swapped(match_share share) {
     return (match_share)(share >> 8 | share << 8);
 }
 
 /// Weight of a neighbour across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8, which is
 /// close to 0.9 exp(-step / 14).
-/*@ assigns \nothing;
-    ensures match_is_weight(\result); */
 static inline uint16_t match_weight(uint8_t step) {
     const uint16_t capped = step < 112 ? step : 112;
     const uint16_t base = (uint16_t)(65520 - 585 * capped);
@@ -356,68 +300,46 @@ static inline uint16_t match_weight(uint8_t step) {
 
 /// Weight of the average from above across an edge of `weight`. It reaches further than the rows of
 /// look-ahead below, and would lag behind a slanted surface: a sixteenth less.
-/*@ requires match_is_weight(weight);
-    assigns \nothing;
-    ensures match_is_weight(\result); */
 static inline uint16_t match_weight_down(uint16_t weight) {
     return (uint16_t)(weight - weight / 16);
 }
 
 /// A neighbour's mass as it arrives across an edge of `weight`.
-/*@ assigns \nothing;
-    ensures match_is_mass(mass) && match_is_weight(weight) ==> \result < 9 * MATCH_MASS_ONE; */
 static inline uint16_t match_carry(uint16_t mass, uint16_t weight) {
     return (uint16_t)((uint32_t)mass * weight >> 16);
 }
 
 /// Penalty of a jump across a step of grey levels: an edge makes it plausible. The lowest is
 /// `least`.
-/*@ requires least <= 135;
-    assigns \nothing;
-    ensures least <= \result <= 135; */
 static inline uint8_t match_p2(uint8_t step, uint8_t least) {
     enum { LARGE_MAX = 135, LARGE_SLOPE = 6, STEPS = LARGE_MAX / LARGE_SLOPE };
     const uint8_t lowered = (uint8_t)(LARGE_MAX - LARGE_SLOPE * (step < STEPS ? step : STEPS));
     return lowered > least ? lowered : least;
 }
 
-/*@ assigns \nothing;
-    ensures \result == \abs(a - b); */
 static inline uint8_t match_step(uint8_t a, uint8_t b) {
     return a > b ? (uint8_t)(a - b) : (uint8_t)(b - a);
 }
 
 /// Lanes that a surface of this slope rises from row or column n - 1 to n.
-/*@ requires match_is_slope(slope) && 0 <= n <= INT16_MAX + 1;
-    assigns \nothing;
-    ensures match_is_rise(\result); */
 static inline int match_rise(int slope, int n) {
     const int positive = slope + MATCH_SLOPE_MAX;  // rounds down, as shifts do
-    //@ assert 0 <= positive * n <= 2 * MATCH_SLOPE_MAX * n;
     const int before = positive * n;
     return (before + positive) / MATCH_SLOPE_ONE - before / MATCH_SLOPE_ONE - MATCH_RISE_MAX;
 }
 
 /// The cells of column `column` of a tile in a row of cells.
-/*@ requires \valid_read(tile);
-    assigns \nothing;
-    ensures \result == row + tile->offset + column * tile->lanes; */
 static inline uint8_t *match_cell(uint8_t *row, const struct match_tile *tile, int column) {
     return row + tile->offset + (ptrdiff_t)column * tile->lanes;
 }
 
 /// Whether the rows of a level are smoothed before they are compared; means of several pixels have
 /// less noise.
-/*@ requires \valid_read(level) && \valid_read(level->state);
-    assigns \nothing; */
 static inline bool match_is_smoothed(const struct match_level *level) {
     return level->state->smoothing > 0 && level->shift_x == 0 && level->shift_y == 0;
 }
 
 /// Left row y of a level, for its texture; rows above and below the image repeat its ends.
-/*@ requires match_has_guide(level);
-    assigns \nothing;
-    ensures \valid_read(\result + (0 .. level->width - 1)); */
 static inline const uint8_t *match_guide(const struct match_level *level, int y) {
     const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
     if (level->shift_x == 0 && level->shift_y == 0) {
@@ -427,16 +349,6 @@ static inline const uint8_t *match_guide(const struct match_level *level, int y)
 }
 
 /// Valid pixels of row y of a level: all input pixels below them are valid.
-/*@ requires \valid_read(level) && \valid_read(image);
-    requires 0 <= level->shift_x <= MATCH_SHIFT_MAX && 0 <= level->shift_y <= MATCH_SHIFT_MAX;
-    requires match_is_size(level->width, level->height) && 0 <= y < level->height;
-    requires match_is_size(image->width, image->height);
-    requires (y + 1) << level->shift_y <= image->height;
-    requires spans != NULL ==>
-        (\forall integer i; y << level->shift_y <= i < (y + 1) << level->shift_y ==>
-            \valid_read(spans + i) && 0 <= spans[i].begin <= image->width && 0 <= spans[i].end);
-    assigns \nothing;
-    ensures match_is_span(\result, level->width); */
 static inline struct rectify_span match_span(const struct match_level *level,
                                              const struct image_u8 *image,
                                              const struct rectify_span *spans, int y) {
@@ -446,10 +358,6 @@ static inline struct rectify_span match_span(const struct match_level *level,
     }
     int begin = 0;
     int end = image->width;
-    /*@ loop invariant y << level->shift_y <= row <= (y + 1) << level->shift_y;
-        loop invariant 0 <= begin <= image->width && 0 <= end <= image->width;
-        loop assigns row, begin, end;
-        loop variant ((y + 1) << level->shift_y) - row; */
     for (int row = y << level->shift_y; row < (y + 1) << level->shift_y; row++) {
         begin = spans[row].begin > begin ? spans[row].begin : begin;
         end = spans[row].end < end ? spans[row].end : end;
@@ -461,10 +369,6 @@ static inline struct rectify_span match_span(const struct match_level *level,
 }
 
 /// Columns of tile t; the last one may be narrower.
-/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
-    requires 0 <= t && t * MATCH_TILE_COLUMNS < level->width;
-    assigns \nothing;
-    ensures \result == \min(level->width - t * MATCH_TILE_COLUMNS, MATCH_TILE_COLUMNS); */
 static inline int match_tile_columns(const struct match_level *level, int t) {
     const int rest = level->width - t * MATCH_TILE_COLUMNS;
     return rest < MATCH_TILE_COLUMNS ? rest : MATCH_TILE_COLUMNS;

@@ -25,16 +25,10 @@ enum {
     CONTRAST_FAINT = 16,  // grey levels up to which the whole margin is asked for
 };
 
-/*@ predicate are_winners{L}(int16_t *lane, integer width) =
-        \forall integer x; 0 <= x < width ==> -1 <= lane[x] < MATCH_MAX_DISPARITIES; */
-
 // Offset of the lowest point of the "V" through three costs, in 1/256 of a disparity, [-128, 128].
 // It is computed from the averaged costs: the sums of path costs contain the penalty for leaving a
 // whole disparity, which would pull every offset towards 0 (by 0.15 px, measured). Without branches
 // and in 16 bits, so that compilers can vectorize it.
-/*@ requires 0 <= before <= UINT8_MAX && 0 <= middle <= UINT8_MAX && 0 <= after <= UINT8_MAX;
-    assigns \nothing;
-    ensures -DISPARITY_ONE / 2 <= \result <= DISPARITY_ONE / 2; */
 static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after) {
     const int16_t rise_before = (int16_t)(before - middle);
     const int16_t rise_after = (int16_t)(after - middle);
@@ -45,9 +39,6 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
     // costs overruled it; the offset is then limited to half a disparity.
     int16_t rest = size;
     int16_t quotient = 0;
-    /*@ loop invariant 0 <= i <= 7 && 0 <= quotient < 1 << i;
-        loop assigns i, rest, quotient;
-        loop variant 7 - i; */
     for (int i = 0; i < 7; i++) {
         rest = (int16_t)(2 * rest);
         const int16_t taken = rest >= steeper ? steeper : 0;
@@ -63,24 +54,6 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
 // which the lanes [begin, end) could win. `cost`: their averaged costs; `origin`: the disparity of
 // the window's first lane. Each right pixel is assigned to the left pixel with the lowest cost
 // there.
-/*@ requires \valid_read(line) && match_is_tile(tile) && 0 <= x_begin && 0 <= columns;
-    requires x_begin + columns <= IMAGE_MAX_SIDE_PX && columns <= MATCH_TILE_COLUMNS;
-    requires tile->base + tile->lanes <= MATCH_MAX_DISPARITIES;
-    requires -2 * MATCH_DISPARITY_LIMIT <= origin <= 2 * MATCH_DISPARITY_LIMIT;
-    requires 0 <= begin && end <= tile->lanes;
-    requires \valid_read(cost + (0 .. columns * tile->lanes - 1));
-    requires \valid(line->row.lane + (x_begin .. x_begin + columns - 1));
-    requires \valid(line->row.around + (x_begin .. x_begin + columns - 1));
-    requires \forall integer x; x_begin <= x < x_begin + columns ==>
-        begin <= line->row.lane[x] < end &&
-        0 <= x - origin - line->row.lane[x] <= IMAGE_MAX_SIDE_PX &&
-        \valid(line->row.claim + (x - origin - line->row.lane[x]));
-    requires \separated(line->row.lane + (x_begin .. x_begin + columns - 1), tile,
-                        line->row.around + (x_begin .. x_begin + columns - 1),
-                        line->row.claim + (0 .. IMAGE_MAX_SIDE_PX));
-    assigns line->row.lane[x_begin .. x_begin + columns - 1],
-        line->row.around[x_begin .. x_begin + columns - 1],
-        line->row.claim[0 .. IMAGE_MAX_SIDE_PX]; */
 static void record_winners(const struct match_line *line, int origin, const struct match_tile *tile,
                            int x_begin, int columns, const uint8_t *cost, int begin, int end) {
     int16_t *restrict lane_of = line->row.lane;
@@ -88,15 +61,7 @@ static void record_winners(const struct match_line *line, int origin, const stru
     uint32_t *restrict claims = line->row.claim;
     const int count = tile->lanes;
     const int base = tile->base;
-    /*@ loop invariant x_begin <= x <= x_begin + columns;
-        loop invariant \forall integer i; x <= i < x_begin + columns ==>
-            begin <= lane_of[i] < end && 0 <= i - origin - lane_of[i] <= IMAGE_MAX_SIDE_PX &&
-            \valid(claims + (i - origin - lane_of[i]));
-        loop assigns x, lane_of[x_begin .. x_begin + columns - 1],
-            around[x_begin .. x_begin + columns - 1], claims[0 .. IMAGE_MAX_SIDE_PX];
-        loop variant x_begin + columns - x; */
     for (int x = x_begin; x < x_begin + columns; x++) {
-        //@ assert times(0, x - x_begin, count) && times(x - x_begin + 1, columns, count);
         const uint8_t *at = cost + (ptrdiff_t)(x - x_begin) * count;
         const int lane = lane_of[x];
         INVARIANT(lane >= begin && lane < end);
@@ -114,23 +79,11 @@ static void record_winners(const struct match_line *line, int origin, const stru
 }
 
 // Whether the right pixel of each pixel is assigned to it, or to a neighbour on the same surface.
-/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
-    requires \valid_read(line) && \valid(line->row.consistent + (0 .. level->width - 1));
-    requires \valid_read(line->row.lane + (0 .. level->width - 1));
-    requires \valid_read(line->row.claim + (0 .. level->width));
-    requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
-    requires are_winners(line->row.lane, level->width);
-    requires \forall integer x; 0 <= x < level->width ==> line->row.lane[x] >= 0 ==>
-        0 <= x - level->disparity_min - line->row.lane[x] <= level->width;
-    assigns line->row.consistent[0 .. level->width - 1]; */
 static void check_claims(const struct match_level *level, const struct match_line *line) {
     uint8_t *restrict consistent = line->row.consistent;
     const int16_t *restrict lane = line->row.lane;
     const uint32_t *restrict claim = line->row.claim;
     const int width = level->width;
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, consistent[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         const int right_x = lane[x] < 0 ? width : x - level->disparity_min - lane[x];
         // 0 and 2 are one lane off.
@@ -139,8 +92,6 @@ static void check_claims(const struct match_level *level, const struct match_lin
     }
 }
 
-/*@ requires \valid_read(level) && \valid_read(level->state);
-    assigns \nothing; */
 static inline uint8_t fit_max_of(const struct match_level *level) {
     if (!match_is_smoothed(level)) {
         return FIT_MAX;
@@ -150,33 +101,18 @@ static inline uint8_t fit_max_of(const struct match_level *level) {
 
 // Whether the winners are inside the requested range, neither at the ends of the search nor in the
 // lanes beyond, and have a low enough cost.
-/*@ requires \valid_read(level) && \valid_read(level->state);
-    requires match_is_size(level->width, level->height);
-    requires -1 <= level->believed.first <= MATCH_MAX_DISPARITIES;
-    requires -1 <= level->believed.last < MATCH_MAX_DISPARITIES;
-    requires \valid_read(line) && \valid(line->row.fits + (0 .. level->width - 1));
-    requires \valid(line->row.fit + (0 .. level->width - 1));
-    requires \valid_read(line->row.lane + (0 .. level->width - 1));
-    requires \valid_read(line->row.around + (0 .. level->width - 1));
-    assigns line->row.fit[0 .. level->width - 1], line->row.fits[0 .. level->width - 1]; */
 static void check_fits(const struct match_level *level, const struct match_line *line) {
     uint8_t *restrict fits = line->row.fits;
     const int16_t *restrict lane = line->row.lane;
     const uint32_t *restrict around = line->row.around;
     uint8_t *restrict fit = line->row.fit;
     const int width = level->width;
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, fit[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         fit[x] = (uint8_t)(around[x] >> 8);
     }
     const int16_t first = (int16_t)level->believed.first;
     const int16_t last = (int16_t)level->believed.last;
     const uint8_t fit_max = fit_max_of(level);
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, fits[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         fits[x] = (lane[x] >= first) & (lane[x] <= last) & (fit[x] <= fit_max);
     }
@@ -184,22 +120,13 @@ static void check_fits(const struct match_level *level, const struct match_line 
 
 // Extremes of twice as many pixels as before, `reach`, starting at each pixel; of fewer at the end
 // of the row.
-/*@ requires 1 <= reach <= MATCH_TEXTURE_COLUMNS && reach <= width;
-    requires \valid(darkest + (0 .. width - 1)) && \valid(brightest + (0 .. width - 1));
-    assigns darkest[0 .. width - 1], brightest[0 .. width - 1]; */
 static inline __attribute__((always_inline)) void widen(uint8_t *restrict darkest,
                                                         uint8_t *restrict brightest, int width,
                                                         const int reach) {
     // Each pixel is written after it was read as a neighbour.
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, darkest[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width - reach; x++) {
         darkest[x] = darkest[x + reach] < darkest[x] ? darkest[x + reach] : darkest[x];
     }
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, brightest[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width - reach; x++) {
         brightest[x] = brightest[x + reach] > brightest[x] ? brightest[x + reach] : brightest[x];
     }
@@ -207,15 +134,6 @@ static inline __attribute__((always_inline)) void widen(uint8_t *restrict darkes
 
 // Between the darkest and the brightest of the grey levels around each pixel; near the ends of the
 // span, of those inside of it.
-/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
-    requires MATCH_MIN_WIDTH_PX <= level->width && match_is_span(span, level->width);
-    requires \valid_read(line) && \valid_read(guide + (0 .. level->width - 1));
-    requires \valid(contrast + (0 .. level->width - 1));
-    requires \valid(line->row.darkest + (0 .. level->width - 1));
-    requires \valid(line->row.brightest + (0 .. level->width - 1));
-    requires \separated(guide + (0 .. level->width - 1), line->row.darkest + (0 .. level->width -
-   1), line->row.brightest + (0 .. level->width - 1)); assigns line->row.darkest[0 .. level->width -
-   1], line->row.brightest[0 .. level->width - 1], contrast[0 .. level->width - 1]; */
 static void measure_contrast(const struct match_level *level, const struct match_line *line,
                              const uint8_t *guide, struct rectify_span span,
                              uint8_t *restrict contrast) {
@@ -236,42 +154,20 @@ static void measure_contrast(const struct match_level *level, const struct match
     const int half = MATCH_TEXTURE_COLUMNS / 2;
     const int begin = span.begin + half < span.end ? span.begin + half : span.end;
     const int end = span.end - half > begin ? span.end - half : begin;
-    /*@ loop invariant begin <= x <= end;
-        loop assigns x, contrast[0 .. width - 1];
-        loop variant end - x; */
     for (int x = begin; x < end; x++) {
         contrast[x] = match_step(brightest[x - half], darkest[x - half]);
     }
     const int first = span.begin;
     const int last =
         span.end - MATCH_TEXTURE_COLUMNS > first ? span.end - MATCH_TEXTURE_COLUMNS : first;
-    /*@ loop invariant span.begin <= x <= begin;
-        loop assigns x, contrast[0 .. width - 1];
-        loop variant begin - x; */
     for (int x = span.begin; x < begin; x++) {
         contrast[x] = match_step(brightest[first], darkest[first]);
     }
-    /*@ loop invariant end <= x <= span.end;
-        loop assigns x, contrast[0 .. width - 1];
-        loop variant span.end - x; */
     for (int x = end; x < span.end; x++) {
         contrast[x] = match_step(brightest[last], darkest[last]);
     }
 }
 
-/*@ requires \valid_read(level) && 0 <= y;
-    requires match_is_size(level->width, level->height);
-    requires 1 <= level->surface_rows <= MATCH_MAX_SURFACE_ROWS;
-    requires \valid(level->surface[y % level->surface_rows] + (0 .. level->width - 1));
-    requires \valid_read(line) && \valid_read(line->row.consistent + (0 .. level->width - 1));
-    requires \valid_read(line->row.fits + (0 .. level->width - 1));
-    requires \valid_read(line->row.margin + (0 .. level->width - 1));
-    requires \valid_read(line->row.lane + (0 .. level->width - 1));
-    requires \valid_read(line->row.around + (0 .. level->width - 1));
-    requires \separated(line->row.lane + (0 .. level->width - 1),
-        level->surface[y % level->surface_rows] + (0 .. level->width - 1));
-    requires are_winners(line->row.lane, level->width);
-    assigns level->surface[y % level->surface_rows][0 .. level->width - 1]; */
 static void write_surface(struct match_level *level, const struct match_line *line, int y) {
     const uint8_t *restrict consistent = line->row.consistent;
     const uint8_t *restrict fits = line->row.fits;
@@ -280,9 +176,6 @@ static void write_surface(struct match_level *level, const struct match_line *li
     const uint8_t *restrict margin = line->row.margin;
     const uint32_t *restrict around = line->row.around;
     const int width = level->width;
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, surface[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         const int16_t offset_q8 =
             sub_pixel_q8((int16_t)(around[x] & 0xff), (int16_t)(around[x] >> 8 & 0xff),
@@ -297,8 +190,6 @@ static void write_surface(struct match_level *level, const struct match_line *li
 
 // Margin below which a winner is ambiguous, by the contrast around it: where that is faint noise
 // decides, elsewhere a depth edge lowers the penalty of a jump, and with it the margin.
-/*@ assigns \nothing;
-    ensures MATCH_LEAST_MARGIN <= \result <= MATCH_MARGIN_MIN; */
 static inline uint8_t margin_min_at(uint8_t contrast) {
     const uint8_t most = CONTRAST_FAINT + MATCH_MARGIN_MIN - MATCH_LEAST_MARGIN;
     const uint8_t capped = contrast < most ? contrast : most;
@@ -307,21 +198,11 @@ static inline uint8_t margin_min_at(uint8_t contrast) {
 }
 
 // The reason to reject the winner of each pixel, or REASON_VALID.
-/*@ requires 0 <= width && \valid_read(line) && \valid(reason + (0 .. width - 1));
-    requires \valid_read(line->row.consistent + (0 .. width - 1));
-    requires \valid_read(line->row.fits + (0 .. width - 1));
-    requires \valid_read(line->row.contrast + (0 .. width - 1));
-    requires \valid_read(line->row.margin + (0 .. width - 1));
-    requires \valid_read(line->row.lane + (0 .. width - 1));
-    assigns reason[0 .. width - 1]; */
 static void write_reasons(const struct match_line *line, int width, uint8_t *restrict reason) {
     const uint8_t *restrict consistent = line->row.consistent;
     const uint8_t *restrict fits = line->row.fits;
     const uint8_t *restrict contrast = line->row.contrast;
     const uint8_t *restrict margin = line->row.margin;
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, reason[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         // All are read first: compilers do not vectorize reads on a condition.
         const uint8_t fit = fits[x], range = contrast[x], agrees = consistent[x];
@@ -332,26 +213,15 @@ static void write_reasons(const struct match_line *line, int width, uint8_t *res
         reason[x] = agrees == 0 ? REASON_OCCLUDED : doubt;
     }
     const int16_t *restrict lane = line->row.lane;
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, reason[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         reason[x] = lane[x] < 0 ? REASON_BORDER : reason[x];
     }
 }
 
-/*@ requires 0 <= width <= IMAGE_MAX_SIDE_PX && \valid_read(line);
-    requires \valid(confidence + (0 .. width - 1));
-    requires \valid_read(line->row.margin + (0 .. width - 1));
-    requires \valid_read(line->row.lane + (0 .. width - 1));
-    assigns confidence[0 .. width - 1]; */
 static void write_confidence(const struct match_line *line, int width,
                              uint8_t *restrict confidence) {
     const uint8_t *restrict margin = line->row.margin;
     const int16_t *restrict lane = line->row.lane;
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, confidence[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         const uint8_t own = margin[x];
         confidence[x] = lane[x] < 0 ? 0 : own;
@@ -359,14 +229,6 @@ static void write_confidence(const struct match_line *line, int width,
 }
 
 // Disparities of a row, before they are smoothed.
-/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
-    requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
-    requires 1 <= level->disparity_count <= MATCH_MAX_DISPARITIES;
-    requires \valid_read(line) && \valid_read(line->row.around + (0 .. level->width - 1));
-    requires \valid_read(line->row.lane + (0 .. level->width - 1));
-    requires are_winners(line->row.lane, level->width);
-    requires \valid(raw_q8 + (0 .. level->width - 1));
-    assigns raw_q8[0 .. level->width - 1]; */
 static void compute_disparities(const struct match_level *level, const struct match_line *line,
                                 int32_t *restrict raw_q8) {
     const int16_t *restrict lane = line->row.lane;
@@ -374,9 +236,6 @@ static void compute_disparities(const struct match_level *level, const struct ma
     const int lowest_q8 = DISPARITY_ONE * level->disparity_min;
     const int16_t last = (int16_t)(level->disparity_count - 1);
     const int width = level->width;
-    /*@ loop invariant 0 <= x <= width;
-        loop assigns x, raw_q8[0 .. width - 1];
-        loop variant width - x; */
     for (int x = 0; x < width; x++) {
         const int16_t offset_q8 =
             sub_pixel_q8((int16_t)(around[x] & 0xff), (int16_t)(around[x] >> 8 & 0xff),
@@ -388,16 +247,9 @@ static void compute_disparities(const struct match_level *level, const struct ma
 }
 
 // Medians of three along the row; the ends do not change.
-/*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && \valid_read(raw_q8 + (0 .. width - 1));
-    requires \valid(disparity_q8 + (0 .. width - 1));
-    requires \separated(raw_q8 + (0 .. width - 1), disparity_q8 + (0 .. width - 1));
-    assigns disparity_q8[0 .. width - 1]; */
 static void smooth_along(const int32_t *restrict raw_q8, int width,
                          int32_t *restrict disparity_q8) {
     disparity_q8[0] = raw_q8[0];
-    /*@ loop invariant 1 <= x <= \max(width - 1, 1);
-        loop assigns x, disparity_q8[1 .. width - 1];
-        loop variant width - x; */
     for (int x = 1; x < width - 1; x++) {
         disparity_q8[x] = median_of_three(raw_q8[x - 1], raw_q8[x], raw_q8[x + 1]);
     }

@@ -37,8 +37,6 @@ int match_check(const struct match_input *input, const struct match_options *opt
 
 /// Number of disparities at each end of a range that are rejected, as the best match may lie
 /// beyond. A range of one or two consists only of ends.
-/*@ assigns \nothing;
-    ensures \result == (disparity_count > 2 ? 1 : 0); */
 static inline int match_range_ends(int disparity_count) {
     return disparity_count > 2 ? 1 : 0;
 }

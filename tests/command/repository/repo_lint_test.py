@@ -7,6 +7,7 @@ import shutil
 import stat
 import subprocess
 import sys
+import tempfile
 import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
@@ -57,6 +58,11 @@ class RepoLint(unittest.TestCase):
                    ("GPL-2.0-only" if p.startswith(KERNEL_MODULE) else "Apache-2.0")
                    not in text_of(p)[:400]]
         self.assertEqual(missing, [])
+
+    def test_contracts_of_the_matcher_fit_its_sources(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([sys.executable, "-B", os.path.join(ROOT, "tests/proof/prove.py"), "--weave",
+                            os.path.join(folder, "match")], check=True)
 
     def test_core_includes_no_system_beyond_the_freestanding(self):
         allowed = {"stdarg.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "math.h", "immintrin.h",
