@@ -7,7 +7,7 @@
 #include "core/invariant.h"
 #include "stereo/develop.h"
 #include "stereo/fill.h"
-#include "stereo/match_repeats.h"
+#include "stereo/match/match.h"
 #include "stereo/mesh.h"
 #include "stereo/row_residual.h"
 #include "stereo/surface.h"

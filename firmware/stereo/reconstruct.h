@@ -93,7 +93,7 @@ struct reconstruct_result {
     uint32_t reason_count[REASON_COUNT];  // number of pixels per reason; a match whose point cannot
                                           // be triangulated, or lies outside the depths of the
                                           // options, becomes REASON_OUT_OF_RANGE or REASON_BEYOND
-    uint32_t repeating_count;  // valid matches on repetitive texture: see match_repeats.h
+    uint32_t repeating_count;  // valid matches on repetitive texture: see match_count_repeats
     uint64_t stage_us[RECONSTRUCT_STAGES];
     size_t stage_peak_bytes[RECONSTRUCT_STAGES];  // of the arena; 0: the stage did not run
     size_t match_peak_bytes;                      // of the matcher alone

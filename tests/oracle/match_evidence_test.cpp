@@ -12,7 +12,7 @@
 #include "core/error.h"
 #include "match_reference.hpp"
 #include "stereo/image/reason.h"
-#include "stereo/match/match_validity.h"
+#include "stereo/match/checks.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 

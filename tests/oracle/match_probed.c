@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
-#include "stereo/match/match_state.h"
+#include "stereo/match/state.h"
 
 static void probe_row(const struct match_probed *probed, struct match_level *level,
                       const struct match_tile *tiles, int y) {

@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "stereo/match/match_kernels.h"
+#include "stereo/match/kernels.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -16,8 +16,8 @@
 #include "core/error.h"
 #include "match_probed.h"
 #include "stereo/image/reason.h"
+#include "stereo/match/kernels.h"
 #include "stereo/match/match.h"
-#include "stereo/match/match_kernels.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 

@@ -10,9 +10,9 @@
 #include "core/arena.h"
 #include "core/error.h"
 #include "digest_numbers.h"
+#include "stereo/match/checks.h"
+#include "stereo/match/kernels.h"
 #include "stereo/match/match.h"
-#include "stereo/match/match_kernels.h"
-#include "stereo/match/match_paper.h"
 #include "stereo/row_residual.h"
 #include "stereo/subpixel.h"
 

@@ -16,4 +16,6 @@ int counted_zeros(unsigned bits);
     ensures \false; */
 _Noreturn void invariant_failed(const char *file, int line, const char *condition);
 
-#include "stereo/match/match_plain.c"
+#include "stereo/match/vector_plain.h"
+// The steps use the vectors included above.
+#include "stereo/match/kernels_text.h"

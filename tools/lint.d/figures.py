@@ -20,7 +20,7 @@ NOT_PROSE = re.compile(r"/corpus/|/generated/|^tests/sessions/.*/|^tools/lint\.d
 # folder.
 NOT_SOURCE = re.compile(r"^fpga/(rtl|formal)/|/corpus/|/generated/|^tests/sessions/|/pictures(/|$)|^tests/data/")
 # One text compiled for four instruction sets; their branches are those of the algorithm.
-KERNELS = re.compile(r"^firmware/(core|stereo)/(match/)?match_")
+KERNELS = re.compile(r"^firmware/stereo/match/kernels")
 MAX_BRANCHES = 12
 MAX_FILES = 30
 LONG_FILE = 400

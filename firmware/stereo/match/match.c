@@ -5,11 +5,9 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "stereo/match/match_kernels.h"
-#include "stereo/match/match_level.h"
-#include "stereo/match/match_paper.h"
-#include "stereo/match/match_state.h"
-#include "stereo/match/match_validity.h"
+#include "stereo/match/checks.h"
+#include "stereo/match/kernels.h"
+#include "stereo/match/state.h"
 
 // Values chosen as described in match.md, in the order of enum match_preset.
 static const struct match_method methods[MATCH_PRESET_COUNT] = {
@@ -171,22 +169,6 @@ static bool has_colour(const struct image_rgb8 *image) {
     return false;
 }
 
-static bool run_levels(struct match_state *state, match_progress *progress, void *progress_self) {
-    struct match_level *finest = &state->level[0];
-    const int height = state->input->left.height;
-    match_begin_levels(state);
-    bool wanted = true;
-    while (wanted && finest->rows_done < finest->height) {
-        const int rows = finest->rows_done + MATCH_BAND_ROWS;
-        match_advance(finest, rows < finest->height ? rows : finest->height);
-        const bool done = finest->rows_done == finest->height;
-        const int rows_done = done ? height : finest->rows_done << finest->shift_y;
-        wanted = progress == NULL || progress(progress_self, rows_done, height);
-    }
-    match_finish(state);
-    return wanted;
-}
-
 int match_run(const struct match_input *input, const struct match_options *options,
               const struct parallel *parallel, match_progress *progress, void *progress_self,
               struct arena *arena, struct match_output *output) {
@@ -197,25 +179,10 @@ int match_run(const struct match_input *input, const struct match_options *optio
     if (options->preset == MATCH_PRESET_PAPER) {
         return match_paper_run(input, options, progress, progress_self, arena, output);
     }
-    const size_t mark = arena_mark(arena);
     struct match_state state = {.input = input, .output = output, .parallel = parallel};
     set_state(&state, input->left.width, input->left.height, options, parallel->threads);
     state.smoothing = match_smoothing(input);
     state.coloured = has_colour(&input->left_colour);
     state.compares_colour = state.coloured && has_colour(&input->right_colour);
-    struct match_memory memory = {.arena = arena};
-    match_take_memory(&state, &memory);
-    const bool finished = !memory.failed && run_levels(&state, progress, progress_self);
-    arena_release(arena, mark);
-    if (!finished) {
-        return memory.failed ? ERROR_MEMORY : ERROR_CANCELLED;
-    }
-    if (options->keep_all) {
-        return ERROR_OK;
-    }
-    match_join(options, parallel, output);
-    const int checked = match_evidence_run(input, state.smoothing, parallel, arena, output);
-    return checked != ERROR_OK
-               ? checked
-               : speckle_filter_run_all(options->speckle_px, parallel, arena, output);
+    return match_run_steps(&state, progress, progress_self, arena);
 }

@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/// A compiled set of inner loops, see match_kernels.h.
+/// A compiled set of inner loops, see kernels.h.
 struct match_kernels;
 
 /// Trade-offs of error, time and memory, measured in match.md.
@@ -90,6 +90,13 @@ typedef bool match_progress(void *self, int rows_done, int rows);
 int match_run(const struct match_input *input, const struct match_options *options,
               const struct parallel *parallel, match_progress *progress, void *progress_self,
               struct arena *arena, struct match_output *output);
+
+/// Counts valid pixels on repetitive texture for which the disparity of another period lies in the
+/// requested range. The ends of the pattern may have decided correctly, as those of a chessboard
+/// do; this function cannot detect that. `arena` lends 2 bytes a column and thread. ERROR_MEMORY.
+int match_count_repeats(const struct match_input *input, const struct match_options *options,
+                        const struct parallel *parallel, struct arena *arena,
+                        const struct match_output *output, uint32_t *count);
 
 #ifdef __cplusplus
 }

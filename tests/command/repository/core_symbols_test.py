@@ -36,7 +36,7 @@ def sources():
 
 
 def extra_flags(compiler, source):
-    levels = {"match_sse41.c": ["-msse4.1"], "match_avx2.c": ["-mavx2"]}
+    levels = {"kernels_sse41.c": ["-msse4.1"], "kernels_avx2.c": ["-mavx2"]}
     return levels.get(os.path.basename(source), []) if compiler == "gcc" else []
 
 

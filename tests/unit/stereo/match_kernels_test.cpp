@@ -2,7 +2,7 @@
 // Every processor level gives the results of plain C: on noise (which takes every branch), on
 // smooth images and on related pairs, for all counts of disparities, with every preset and any
 // number of threads. The single operations of the levels are compared in tests/portable.
-#include "stereo/match/match_kernels.h"
+#include "stereo/match/kernels.h"
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The greedy-path baseline on synthetic pairs. tests/portable compares its digest on all
 // processors.
-#include "stereo/match/match_paper.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "stereo/match/checks.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"

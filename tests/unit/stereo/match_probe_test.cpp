@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The probe reports every row of every level once per event, reports the inputs of the choice of
 // winners, and changes nothing.
-#include "stereo/match_probe.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "stereo/match/probe.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/threads.hpp"

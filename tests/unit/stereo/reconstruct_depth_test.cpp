@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "stereo/match_repeats.h"
+#include "stereo/match/match.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"

@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "stereo/image/reason.h"
-#include "stereo/match/match_validity.h"
+#include "stereo/match/checks.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/threads.hpp"

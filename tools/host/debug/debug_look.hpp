@@ -8,7 +8,7 @@
 #include <mutex>
 #include <vector>
 
-#include "stereo/match_probe.h"
+#include "stereo/match/probe.h"
 
 /// The byte planes of which one row is kept.
 enum debug_plane {

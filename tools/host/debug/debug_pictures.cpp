@@ -14,7 +14,7 @@ constexpr int last_colour = debug_nothing - 1;
 constexpr colormap_rgb nothing = {0x55, 0x59, 0x5e};
 constexpr colormap_rgb mark = {0xff, 0x3b, 0x30};  // not on any scale
 constexpr colormap_rgb good = {0xb9, 0xe3, 0xc6}, bad = {0xd5, 0x5e, 0x00};
-// As the matcher decides, see match_state.h and match_validate_phase.h.
+// As the matcher decides, see stereo/match/state.h and validation.h.
 constexpr int margin_min = 24, cost_max = 40, colours_a_cost = 6;
 // Minimum height of a slice: one pixel per disparity would often be a thin line.
 constexpr int slice_height_px = 160;

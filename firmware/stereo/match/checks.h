@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Common to all presets of the matcher: validity of arguments, noise of the images
-/// (match_noise.c), and rules for rejecting a pixel. Private to match*.c.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_VALIDITY_H
-#define VERGENCE_STEREO_MATCH_MATCH_VALIDITY_H
+/// Checks of arguments, and the steps that read whole images: noise (noise.c), rules that look
+/// around a pixel (validation.c), islands (speckle.c). Private to this folder and its tests.
+#ifndef VERGENCE_STEREO_MATCH_CHECKS_H
+#define VERGENCE_STEREO_MATCH_CHECKS_H
+
+#include <stddef.h>
+#include <stdint.h>
 
 #include "core/arena.h"
 #include "core/parallel.h"
@@ -117,6 +120,33 @@ uint32_t match_noise_q8(const struct match_input *input, const struct match_outp
 /// Weight of each of the two neighbours of a pixel along a row and along a column, in 1/16: higher
 /// for noisier images, 0 for those of little noise or of texture as fine as noise.
 int match_smoothing(const struct match_input *input);
+
+// The preset paper (paper.c).
+
+/// Upper bound of the evaluations of dissimilarity per row, as a multiple of its width, for any
+/// images and range of disparities. On recorded pairs the mean is 60 per pixel.
+enum { MATCH_PAPER_EVALUATIONS_MAX = 1597 };
+
+/// Working memory of `match_paper_run` in bytes: O(width), independent of the height and the number
+/// of disparities. 0 if an argument is out of range.
+size_t match_paper_need_bytes(int width, const struct match_options *options);
+
+/// Matches a pair of rectified images. Arguments, outputs, errors and cancellation are those of
+/// `match_run`; `options->kernels` is ignored. Before speckles are removed, rows influence each
+/// other only through the 4 rows above and below in the signatures.
+///
+/// The confidence compares the dissimilarity h at the match with the smaller one r of two
+/// disparities above and below it: 255 (r - h) / (r + h). It shows how sharply the position is
+/// determined, but not whether it is unique, as the path does not search everywhere. 0 where walks
+/// disagree.
+int match_paper_run(const struct match_input *input, const struct match_options *options,
+                    match_progress *progress, void *progress_self, struct arena *arena,
+                    struct match_output *output);
+
+/// The same, and stores the number of evaluated dissimilarities, also if cancelled.
+int match_paper_run_counted(const struct match_input *input, const struct match_options *options,
+                            match_progress *progress, void *progress_self, struct arena *arena,
+                            struct match_output *output, uint64_t *evaluations);
 
 #ifdef __cplusplus
 }

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// match_vector_plain.h for AVX2: two members per vector.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_VECTOR_AVX2_H
-#define VERGENCE_STEREO_MATCH_MATCH_VECTOR_AVX2_H
+// For x86 processors with AVX2: two members per vector.
+// The operations are those of vector_plain.h.
+#if defined(__x86_64__)
 
 #include <immintrin.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "stereo/match/match_state.h"
+#include "stereo/match/state.h"
+
+#define VECTOR_NAME "avx2"
+#define VECTOR_KERNELS match_avx2_kernels
 
 enum {
     VECTOR_MEMBERS = 2,
@@ -129,5 +132,8 @@ static inline struct vector vector_cost(const struct vector left[MATCH_CENSUS_PL
     return (struct vector){
         _mm256_add_epi8(bits, _mm256_min_epu8(step, _mm256_set1_epi8(MATCH_GRADIENT_TRUNCATION)))};
 }
+
+// The steps use the vectors defined above.
+#include "stereo/match/kernels_text.h"
 
 #endif

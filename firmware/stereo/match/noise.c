@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+// Noise: of the images before matching, which decides how they are smoothed, and of the pair by
+// what differs between pixels that match. Rows needed: all, of blocks of 8x8 pixels, 16 apart.
 #include <string.h>
 
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
-#include "stereo/match/match_validity.h"
+#include "stereo/match/checks.h"
 
 enum {
     BLOCK = 8,  // pixels, both ways

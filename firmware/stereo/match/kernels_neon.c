@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// match_vector_plain.h for NEON on 64-bit and 32-bit ARM: one member per vector. Independent of
-/// the byte order in memory.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_VECTOR_NEON_H
-#define VERGENCE_STEREO_MATCH_MATCH_VECTOR_NEON_H
+// For ARM processors with NEON, all 64-bit ones and 32-bit ones if compiled for them: one member
+// per vector. Independent of the byte order in memory.
+// The operations are those of vector_plain.h.
+#if defined(__ARM_NEON)
 
 #include <arm_neon.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "stereo/match/match_state.h"
+#include "stereo/match/state.h"
+
+#define VECTOR_NAME "neon"
+#define VECTOR_KERNELS match_neon_kernels
 
 enum {
     VECTOR_MEMBERS = 1,
@@ -123,5 +126,8 @@ static inline struct vector vector_cost(const struct vector left[MATCH_CENSUS_PL
     return (struct vector){vmlaq_u8(vminq_u8(step, vdupq_n_u8(MATCH_GRADIENT_TRUNCATION)),
                                     differing, vdupq_n_u8(MATCH_CENSUS_WEIGHT))};
 }
+
+// The steps use the vectors defined above.
+#include "stereo/match/kernels_text.h"
 
 #endif

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match_repeats.h"
-
+// Repetitive texture: of a match that is finished.
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
+#include "stereo/match/checks.h"
+#include "stereo/match/match.h"
 
 enum {
     CELL_COLUMNS = 16,  // what is tested at once

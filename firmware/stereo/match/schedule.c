@@ -1,102 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match/match_level.h"
-
+// The order of the steps, on bands, tiles and threads, and the memory that they share. A band goes
+// through three kernels:
+//   1. by rows:  features, cost, average along the row
+//   2. by tiles: average down and up (with MATCH_AHEAD_ROWS rows of look-ahead), path cost from the
+//                row above
+//   3. by rows:  path costs from the left and the right, selection, validation
+// Each thread processes one band at a time, so that nearly all of a band's cells stay in one
+// processor's cache; in 2 a tile waits for those above it. All threads wait for each other before
+// and after a batch of bands. The checks of validation.c and speckle.c follow the last band.
+#include <stdatomic.h>
 #include <string.h>
 
+#include "core/error.h"
 #include "core/invariant.h"
-#include "stereo/match/match_kernels.h"
-
-static int padded_lanes(int disparity_count) {
-    return (disparity_count + MATCH_LANES - 1) / MATCH_LANES * MATCH_LANES;
-}
-
-static int scaled_down(int value, int shift) {
-    const int rest = value & ((1 << shift) - 1);
-    return (value - rest) / (1 << shift);
-}
-
-static void set_level(struct match_level *level, int width, int height, int disparity_min,
-                      int disparity_count) {
-    level->width = width;
-    level->height = height;
-    level->tiles = (width + MATCH_TILE_COLUMNS - 1) / MATCH_TILE_COLUMNS;
-    level->disparity_min = disparity_min;
-    level->disparity_count = disparity_count;
-    const int ends = match_range_ends(disparity_count);
-    level->believed = (struct match_believed){ends, disparity_count - 1 - ends};
-    level->lanes = padded_lanes(disparity_count);
-    const int front = -disparity_min;
-    const int behind = disparity_min + level->lanes;
-    level->right_pad = front > 0 ? front : 0;
-    level->right_length = width + level->right_pad + (behind > 0 ? behind : 0);
-}
-
-int match_mean_lanes(const struct match_level *level) {
-    const struct match_method *method = level->state->method;
-    const bool all =
-        match_searches_everything(level) || method->whole_range || level->lanes < method->lanes;
-    return all ? level->lanes : method->lanes;
-}
-
-// Number of lanes a column for which a level has memory. Windows at small objects far in front need
-// many, the more disparities there are.
-static int lanes_in_memory(const struct match_level *level) {
-    const int mean = match_mean_lanes(level);
-    const int part = padded_lanes(3 * level->lanes / 8);
-    return part > mean ? part : mean;
-}
-
-// Number of halvings of a level's columns and disparities to those of the next one. Below the
-// finest level each follows the slopes of the next, so that steeper surfaces are found from level
-// to level.
-static int halvings_below(const struct match_level *level) {
-    return match_is_finest(level) ? level->state->method->halvings : 1;
-}
-
-// Whether a level gets a coarser one: it has many disparities, and enough columns remain.
-static bool is_halved(const struct match_level *level) {
-    const struct match_method *method = level->state->method;
-    return method->coarse_disparities > 0 && level->disparity_count > method->coarse_disparities &&
-           level->width >> halvings_below(level) >= MATCH_MIN_WIDTH_PX;
-}
-
-// Whether all tiles of all bands search the same disparities.
-static bool has_one_window(const struct match_level *level) {
-    const struct match_options *options = &level->state->options;
-    return match_searches_everything(level) ||
-           (match_searches_whole_range(level) && options->extra_below + options->extra_above == 0);
-}
-
-void match_set_levels(struct match_state *state, int width, int height) {
-    const struct match_method *method = state->method;
-    state->level[0] = (struct match_level){.state = state, .shift_y = method->halved_rows};
-    set_level(&state->level[0], width, height >> method->halved_rows,
-              match_searched_min(&state->options), match_searched_count(&state->options));
-    state->level[0].believed = match_believed_of(&state->options);
-    state->levels = 1;
-    while (state->levels < MATCH_MAX_LEVELS && is_halved(&state->level[state->levels - 1])) {
-        struct match_level *finer = &state->level[state->levels - 1];
-        struct match_level *level = &state->level[state->levels];
-        const int halvings = halvings_below(finer);
-        const int shift = finer->shift_x + halvings;
-        // Rows are halved once, so that a floor gains fewer disparities a row than on the finer
-        // level. A low image keeps its rows: the memory requirement does not depend on the height.
-        const int more = height >> (finer->shift_y + 1) >= MATCH_MIN_HEIGHT_PX ? 1 : 0;
-        const int shift_y = finer->shift_y + more;
-        *level = (struct match_level){.state = state, .shift_x = shift, .shift_y = shift_y};
-        const int lowest = scaled_down(finer->disparity_min, halvings);
-        const int highest =
-            scaled_down(finer->disparity_min + finer->disparity_count - 1, halvings);
-        set_level(level, width >> shift, height >> shift_y, lowest, highest - lowest + 1);
-        finer->coarser = level;
-        state->levels++;
-    }
-    for (int i = 0; i < state->levels; i++) {
-        struct match_level *level = &state->level[i];
-        level->row_bytes =
-            (size_t)level->tiles * MATCH_TILE_COLUMNS * (size_t)lanes_in_memory(level);
-    }
-}
+#include "stereo/match/kernels.h"
+#include "stereo/match/state.h"
 
 static void *take(struct match_memory *memory, size_t count, size_t element_bytes) {
     memory->need_bytes += arena_need_bytes(count, element_bytes);
@@ -109,6 +27,13 @@ static void *take(struct match_memory *memory, size_t count, size_t element_byte
 static int bands_of_batch(int threads) {
     const int each = MATCH_MAX_BATCH / threads;
     return threads == 1 ? 1 : threads * (each < 4 ? each : 4);
+}
+
+// Whether all tiles of all bands search the same disparities.
+static bool has_one_window(const struct match_level *level) {
+    const struct match_options *options = &level->state->options;
+    return match_searches_everything(level) ||
+           (match_searches_whole_range(level) && options->extra_below + options->extra_above == 0);
 }
 
 static void take_level(struct match_level *level, struct match_memory *memory) {
@@ -236,11 +161,13 @@ void match_take_memory(struct match_state *state, struct match_memory *memory) {
     }
 }
 
+static void advance(struct match_level *level, int rows);
+
 // Plans the windows `tiles` of the band that begins at row `begin`.
 static void plan(struct match_level *level, int begin, const struct match_tile *above,
                  struct match_tile *tiles) {
     if (level->coarser != NULL) {
-        match_advance(level->coarser, match_window_rows(level, begin));
+        advance(level->coarser, match_window_rows(level, begin));
     }
     match_plan_windows(level, begin, level->state->scratch, above, tiles);
 }
@@ -278,7 +205,7 @@ static void clear_cells(struct match_level *level) {
            (size_t)level->tiles * MATCH_TILE_COLUMNS * sizeof *level->down_mass);
 }
 
-void match_begin_levels(struct match_state *state) {
+static void begin_levels(struct match_state *state) {
     for (int i = state->levels - 1; i >= 0; i--) {
         struct match_level *level = &state->level[i];
         level->rows_done = 0;
@@ -444,14 +371,51 @@ static void finish_part(void *context_pointer, int index) {
     level->state->options.kernels->finish(level, &level->state->scratch[index], begin, end);
 }
 
-void match_finish(struct match_state *state) {
+static void finish_levels(struct match_state *state) {
     struct finish_context context = {&state->level[0], state->threads};
     state->parallel->run(state->parallel->self, finish_part, &context, context.parts);
 }
 
-void match_advance(struct match_level *level, int rows) {
+static void advance(struct match_level *level, int rows) {
     INVARIANT(rows <= level->height);
     while (level->rows_done < rows) {
         run_batch(level);
     }
+}
+
+static bool run_levels(struct match_state *state, match_progress *progress, void *progress_self) {
+    struct match_level *finest = &state->level[0];
+    const int height = state->input->left.height;
+    begin_levels(state);
+    bool wanted = true;
+    while (wanted && finest->rows_done < finest->height) {
+        const int rows = finest->rows_done + MATCH_BAND_ROWS;
+        advance(finest, rows < finest->height ? rows : finest->height);
+        const bool done = finest->rows_done == finest->height;
+        const int rows_done = done ? height : finest->rows_done << finest->shift_y;
+        wanted = progress == NULL || progress(progress_self, rows_done, height);
+    }
+    finish_levels(state);
+    return wanted;
+}
+
+int match_run_steps(struct match_state *state, match_progress *progress, void *progress_self,
+                    struct arena *arena) {
+    const size_t mark = arena_mark(arena);
+    struct match_memory memory = {.arena = arena};
+    match_take_memory(state, &memory);
+    const bool finished = !memory.failed && run_levels(state, progress, progress_self);
+    arena_release(arena, mark);
+    if (!finished) {
+        return memory.failed ? ERROR_MEMORY : ERROR_CANCELLED;
+    }
+    if (state->options.keep_all) {
+        return ERROR_OK;
+    }
+    match_join(&state->options, state->parallel, state->output);
+    const int checked =
+        match_evidence_run(state->input, state->smoothing, state->parallel, arena, state->output);
+    return checked != ERROR_OK ? checked
+                               : speckle_filter_run_all(state->options.speckle_px, state->parallel,
+                                                        arena, state->output);
 }

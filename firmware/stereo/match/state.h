@@ -1,29 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-/// State shared by the parts of the matcher during one run. Private to match*.c.
+/// What the steps of the matcher share during one run, and what pyramid.c and schedule.c offer each
+/// other. Private to this folder.
 ///
-/// The pair is matched on one or more levels: level 0 is the full size, each further one half the
-/// size of the one before. Every level processes its rows in bands of MATCH_BAND_ROWS, divided into
-/// tiles of MATCH_TILE_COLUMNS columns; each tile searches its own window of disparities (all of
-/// them on the coarsest level, those near the coarser level's surface on the others). A band goes
-/// through three phases:
-///   1. by rows:  features, cost, edge-aware average along the row            (match_cost_phase.h)
-///   2. by tiles: edge-aware average down and up (with MATCH_AHEAD_ROWS rows of look-ahead),
-///                dynamic-programming path cost from the row above          (match_column_phase.h)
-///   3. by rows:  path costs from the left and the right, winner, checks       (match_row_phase.h)
-/// Each thread processes one band at a time, so that nearly all of a band's cells stay in one
-/// processor's cache; in phase 2 a tile waits for those above it. All threads wait for each other
-/// before and after a batch of bands.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_STATE_H
-#define VERGENCE_STEREO_MATCH_MATCH_STATE_H
+/// The pair is matched on one or more levels: level 0 is the full size, each further one about half
+/// the size of the one before. Every level processes its rows in bands of MATCH_BAND_ROWS, divided
+/// into tiles of MATCH_TILE_COLUMNS columns; each tile searches its own window of disparities (all
+/// of them on the coarsest level, those near the coarser level's surface on the others).
+#ifndef VERGENCE_STEREO_MATCH_STATE_H
+#define VERGENCE_STEREO_MATCH_STATE_H
 
-#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
+#include "stereo/match/checks.h"
 #include "stereo/match/match.h"
-#include "stereo/match/match_validity.h"
 
 // Number of rows shared by the bands in progress, for this many threads.
 #define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)
@@ -68,8 +60,10 @@ enum {
     MATCH_SMOOTHING_ONE = 16,
     MATCH_PAIR_ROWS = 2,  // minimum rows per call of a kernel
     MATCH_MAX_LEVELS = 7,
-    MATCH_SHIFT_MAX = 8,   // of a level's columns and rows: see match_set_levels
-    MATCH_MASS_ONE = 512,  // masses of recursive averages are in 1/512, below 10 each
+    MATCH_SHIFT_MAX = 8,    // of a level's columns and rows: see match_set_levels
+    MATCH_MASS_ONE = 512,   // masses of recursive averages are in 1/512, below 10 each
+    MATCH_SOURCE_PAD = 16,  // columns before and after a row that is compared
+    MATCH_CENSUS_SIDE = 2 * MATCH_CENSUS_RADIUS + 1,
 };
 
 /// Weights of the first and the second of two values in a blend: low and high byte, together
@@ -86,22 +80,6 @@ struct match_tile {
     bool doubtful;   // the coarser level saw other good matches
     int16_t slope_down, slope_along;  // in 1/MATCH_SLOPE_ONE; 0: unknown, or nearly level
 };
-
-/// What an image is compared in. The first three are those of an image in colour, in their order.
-enum match_channel { MATCH_RED, MATCH_GREEN, MATCH_BLUE, MATCH_GREY, MATCH_CHANNELS };
-
-/// A bit of the census: whether a pixel of the 5x5 window is brighter than another one in a
-/// channel. In a pair without colour all channels are grey.
-struct match_comparison {
-    uint8_t channel;  // enum match_channel
-    uint8_t row, column, other_row, other_column;
-};
-
-/// Bit i % 8 of plane i / 8 is comparison i: of the finest level, of that level where smoothing is
-/// more than weak, and of the other levels.
-extern const struct match_comparison match_finest_census[MATCH_CENSUS_BITS];
-extern const struct match_comparison match_smoothed_census[MATCH_CENSUS_BITS];
-extern const struct match_comparison match_coarser_census[MATCH_CENSUS_BITS];
 
 /// Features of one row: 24 census bits in three byte planes, and the horizontal gradient.
 struct match_features {
@@ -219,104 +197,6 @@ struct match_state {
     struct match_scratch *scratch;  // one per thread
 };
 
-/// Runs `call(N, false)` with the number of lanes as a constant for common values, so that the
-/// loops over lanes are unrolled; or `call(N, true)` in a tile that follows a `slope`, where
-/// vectors of several members make up for the larger code, and else `call(lanes, true)`. The
-/// functions below are inlined into each case.
-#define MATCH_WITH_CONSTANT_LANES(lanes, slope, call)                             \
-    do {                                                                          \
-        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 16) {                \
-            call(16, true);                                                       \
-            break;                                                                \
-        }                                                                         \
-        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 32) {                \
-            call(32, true);                                                       \
-            break;                                                                \
-        }                                                                         \
-        switch ((slope) == 0 && (lanes) <= VECTOR_LANES_UNROLLED ? (lanes) : 0) { \
-            case 16:                                                              \
-                call(16, false);                                                  \
-                break;                                                            \
-            case 32:                                                              \
-                call(32, false);                                                  \
-                break;                                                            \
-            case 48:                                                              \
-                call(48, false);                                                  \
-                break;                                                            \
-            case 64:                                                              \
-                call(64, false);                                                  \
-                break;                                                            \
-            default:                                                              \
-                call(lanes, (slope) != 0);                                        \
-                break;                                                            \
-        }                                                                         \
-    } while (0)
-
-#define MATCH_INLINE static inline __attribute__((always_inline))
-
-/// A pair of shares from the first one, between 1 and 127.
-static inline match_share match_share_of(uint16_t share) {
-    return (match_share)((MATCH_WEIGHT_ONE << 8) - UINT8_MAX * share);
-}
-
-/// The weights of two masses, of which at least one is not 0, in a blend: 128 a / (a + b), rounded
-/// down. Without branches, so that compilers can vectorize it: in binary places and 16 bits, or by
-/// a processor that divides vectors. There 24 bits are exact: a quotient that is not whole is a
-/// 10,240th or more below the next whole number, and the float nearest to it is too.
-static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) {
-#if defined(__SSE4_1__)
-    const float quotient = (float)(mass_a * MATCH_WEIGHT_ONE) / (float)(mass_a + mass_b);
-    uint16_t share = (uint16_t)(int32_t)quotient;
-    share = share < MATCH_WEIGHT_ONE ? share : MATCH_WEIGHT_ONE - 1;
-#else
-    const uint16_t whole = (uint16_t)(mass_a + mass_b);
-    uint16_t rest = mass_a;
-    uint16_t share = 0;
-    for (int i = 0; i < 7; i++) {
-        rest = (uint16_t)(2 * rest);
-        const uint16_t taken = rest >= whole ? whole : 0;
-        rest = (uint16_t)(rest - taken);
-        share = (uint16_t)(2 * share + (taken != 0 ? 1 : 0));
-    }
-#endif
-    return match_share_of(share == 0 ? 1 : share);
-}
-
-/// The two weights swapped.
-static inline match_share match_share_swapped(match_share share) {
-    return (match_share)(share >> 8 | share << 8);
-}
-
-/// Weight of a neighbour across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8, which is
-/// close to 0.9 exp(-step / 14).
-static inline uint16_t match_weight(uint8_t step) {
-    const uint16_t capped = step < 112 ? step : 112;
-    const uint16_t base = (uint16_t)(65520 - 585 * capped);
-    const uint16_t square = (uint16_t)((uint32_t)base * base >> 16);
-    const uint16_t fourth = (uint16_t)((uint32_t)square * square >> 16);
-    const uint16_t eighth = (uint16_t)((uint32_t)fourth * fourth >> 16);
-    return (uint16_t)((uint32_t)eighth * 58982 >> 16);
-}
-
-/// Weight of the average from above across an edge of `weight`. It reaches further than the rows of
-/// look-ahead below, and would lag behind a slanted surface: a sixteenth less.
-static inline uint16_t match_weight_down(uint16_t weight) {
-    return (uint16_t)(weight - weight / 16);
-}
-
-/// A neighbour's mass as it arrives across an edge of `weight`.
-static inline uint16_t match_carry(uint16_t mass, uint16_t weight) {
-    return (uint16_t)((uint32_t)mass * weight >> 16);
-}
-
-/// Penalty of a jump across a step of grey levels: an edge makes it plausible. The lowest is
-/// `least`.
-static inline uint8_t match_p2(uint8_t step, uint8_t least) {
-    enum { LARGE_MAX = 135, LARGE_SLOPE = 6, STEPS = LARGE_MAX / LARGE_SLOPE };
-    const uint8_t lowered = (uint8_t)(LARGE_MAX - LARGE_SLOPE * (step < STEPS ? step : STEPS));
-    return lowered > least ? lowered : least;
-}
-
 static inline uint8_t match_step(uint8_t a, uint8_t b) {
     return a > b ? (uint8_t)(a - b) : (uint8_t)(b - a);
 }
@@ -373,5 +253,54 @@ static inline int match_tile_columns(const struct match_level *level, int t) {
     const int rest = level->width - t * MATCH_TILE_COLUMNS;
     return rest < MATCH_TILE_COLUMNS ? rest : MATCH_TILE_COLUMNS;
 }
+
+/// Whether a level is the one whose disparities are the result.
+static inline bool match_is_finest(const struct match_level *level) {
+    return level == &level->state->level[0];
+}
+
+/// Whether a level searches all its disparities everywhere. Those of a quarter of the width and
+/// less do: they take little time, and what they do not find the finest one does not search.
+static inline bool match_searches_everything(const struct match_level *level) {
+    return level->coarser == NULL || level->shift_x >= 2;
+}
+
+/// Whether a level searches the requested range everywhere, independent of the coarser one.
+bool match_searches_whole_range(const struct match_level *level);
+
+/// Number of lanes a column that a level searches, roughly.
+int match_mean_lanes(const struct match_level *level);
+
+/// Sets the geometry of all levels for a full-size image, from state->options and state->method.
+void match_set_levels(struct match_state *state, int width, int height);
+
+/// Number of rows of the coarser level that `match_plan_windows` reads for a band: those below this
+/// one.
+int match_window_rows(const struct match_level *level, int band_begin);
+
+/// Chooses the windows of the band that begins at row `band_begin` of a level, into `tiles`: all
+/// disparities, or those near the coarser surface around the tile. `above`: the windows of the band
+/// before. Overwrites `scratch` of one thread.
+void match_plan_windows(const struct match_level *level, int band_begin,
+                        const struct match_scratch *scratch, const struct match_tile *above,
+                        struct match_tile *tiles);
+
+/// Chooses the slopes of the same tiles: those of the coarser level's surface there.
+void match_plan_slopes(const struct match_level *level, int band_begin, struct match_tile *tiles);
+
+/// Counts memory, and allocates it if there is an arena.
+struct match_memory {
+    struct arena *arena;  // NULL: only count
+    size_t need_bytes;
+    bool failed;
+};
+
+/// Allocates the memory of all levels and threads.
+void match_take_memory(struct match_state *state, struct match_memory *memory);
+
+/// Matches and checks: the order of all steps. state->smoothing and what follows it are set, and
+/// the memory is taken from `arena`. ERROR_MEMORY, ERROR_CANCELLED.
+int match_run_steps(struct match_state *state, match_progress *progress, void *progress_self,
+                    struct arena *arena);
 
 #endif

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The three phases of the matcher, compiled once per processor level from the same text
-/// (match_*_phase.h) with the level's own vector operations on the disparities of one or two pixels
-/// (match_vector_*.h). Plain C is the reference; every level gives identical results.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_KERNELS_H
-#define VERGENCE_STEREO_MATCH_MATCH_KERNELS_H
+/// The steps on pixels, compiled once per processor level from the same text (kernels_text.h) with
+/// the level's own vector operations on the disparities of one or two pixels. Plain C is the
+/// reference (vector_plain.h); every level gives identical results.
+#ifndef VERGENCE_STEREO_MATCH_KERNELS_H
+#define VERGENCE_STEREO_MATCH_KERNELS_H
 
 #ifdef __cplusplus
 extern "C" {
@@ -15,16 +15,16 @@ struct match_scratch;
 struct match_kernels {
     const char *name;
 
-    /// Phase 1, rows [y_begin, y_begin + rows) of a level: features, costs and their edge-aware
-    /// average along the row, into the ring. An even count up to MATCH_ROWS_ABREAST, all in the
-    /// present band or all in the next one.
+    /// Before a band, rows [y_begin, y_begin + rows) of a level: features, costs and their
+    /// edge-aware average along the row, into the ring. An even count up to MATCH_ROWS_ABREAST, all
+    /// in the present band or all in the next one.
     void (*cost_rows)(struct match_level *level, struct match_scratch *scratch, int y_begin,
                       int rows);
 
-    /// Phase 2, tiles [begin, end) of the band: averages along the columns, path costs from above.
+    /// Then tiles [begin, end) of the band: averages along the columns, path costs from above.
     void (*columns)(struct match_level *level, struct match_scratch *scratch, int begin, int end);
 
-    /// Phase 3, rows [y_begin, y_begin + rows) of the band: path costs along the rows, winners and
+    /// Then rows [y_begin, y_begin + rows) of the band: path costs along the rows, winners and
     /// checks, into the output or the surface. An even count up to MATCH_ROWS_ABREAST.
     void (*rows)(struct match_level *level, struct match_scratch *scratch, int y_begin, int rows);
 

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 /// 16 disparities ("lanes") of one pixel at a time: the reference, in plain C written so that
-/// compilers vectorize it. The other match_vector_*.h give the same results, some of them for
+/// compilers vectorize it. Those of kernels_*.c give the same results, some of them for
 /// several pixels at a time: the pixels in a vector are its "members", each with 16 lanes and its
 /// own pointer in the arrays `at`.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_VECTOR_PLAIN_H
-#define VERGENCE_STEREO_MATCH_MATCH_VECTOR_PLAIN_H
+#ifndef VERGENCE_STEREO_MATCH_VECTOR_PLAIN_H
+#define VERGENCE_STEREO_MATCH_VECTOR_PLAIN_H
 
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
-#include "stereo/match/match_state.h"
+#include "stereo/match/state.h"
+
+#define VECTOR_NAME "plain"
+#define VECTOR_KERNELS match_plain_kernels
 
 enum {
     VECTOR_MEMBERS = 1,

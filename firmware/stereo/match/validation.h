@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The end of phase 3 (included by match_plain.c and the other kernel sets): validates the winners
-// of a row: sub-pixel position, left-right consistency, and the reason why a pixel has no
-// disparity. The loops over a row have no branches, so that compilers can vectorize them.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_VALIDATE_PHASE_H
-#define VERGENCE_STEREO_MATCH_MATCH_VALIDATE_PHASE_H
+// Text that each set of kernels compiles. Validation of the winners of a row: the reason why a
+// pixel has no disparity, or its sub-pixel position; what looks around a pixel is in validation.c.
+// The loops over a row have no branches, so that compilers can vectorize them. Rows needed: the
+// row's own; the medians at the end of the run, the rows above and below.
+#ifndef VERGENCE_STEREO_MATCH_VALIDATION_H
+#define VERGENCE_STEREO_MATCH_VALIDATION_H
 
 #include <string.h>
 
-#include "core/invariant.h"
 #include "stereo/image/reason.h"
-#include "stereo/match/match_finish_phase.h"
-#include "stereo/match/match_level.h"
-#include "stereo/match/match_state.h"
-#include "stereo/match/match_validity.h"
+#include "stereo/match/checks.h"
+#include "stereo/match/lanes.h"
+#include "stereo/match/selection.h"
+#include "stereo/match/state.h"
 
 enum {
-    CLAIM_FIT = MATCH_MAX_DISPARITIES,  // a claim: cost times this, with the nearer lane first
     // Threshold of a winner's averaged cost: 99 % of the correct ones on the same pairs are below
     // it; unrelated images are mostly above. Smoothing makes these more alike, but what takes
     // strong smoothing makes correct winners differ.
@@ -48,34 +47,6 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
     const int16_t half_way = fall == 0 ? 0 : DISPARITY_ONE / 2;
     const int16_t offset = steeper <= 0 || size >= steeper ? half_way : quotient;
     return fall < 0 ? (int16_t)-offset : offset;
-}
-
-// Completes the data of the winners of the pixels from x_begin on, line->row.lane, in a window of
-// which the lanes [begin, end) could win. `cost`: their averaged costs; `origin`: the disparity of
-// the window's first lane. Each right pixel is assigned to the left pixel with the lowest cost
-// there.
-static void record_winners(const struct match_line *line, int origin, const struct match_tile *tile,
-                           int x_begin, int columns, const uint8_t *cost, int begin, int end) {
-    int16_t *restrict lane_of = line->row.lane;
-    uint32_t *restrict around = line->row.around;
-    uint32_t *restrict claims = line->row.claim;
-    const int count = tile->lanes;
-    const int base = tile->base;
-    for (int x = x_begin; x < x_begin + columns; x++) {
-        const uint8_t *at = cost + (ptrdiff_t)(x - x_begin) * count;
-        const int lane = lane_of[x];
-        INVARIANT(lane >= begin && lane < end);
-        const uint32_t fit = at[lane];
-        // Without a neighbour on one side there is no sub-pixel position.
-        const bool inside = lane > begin && lane + 1 < end;
-        around[x] =
-            inside ? at[lane - 1] | fit << 8 | (uint32_t)at[lane + 1] << 16 : fit * 0x010101u;
-        // Without a branch: which of two claims is lower cannot be predicted.
-        uint32_t *claim = &claims[x - origin - lane];
-        const uint32_t own = fit * CLAIM_FIT + (uint32_t)(CLAIM_FIT - 1 - base - lane);
-        *claim = own < *claim ? own : *claim;
-        lane_of[x] = (int16_t)(lane + base);
-    }
 }
 
 // Whether the right pixel of each pixel is assigned to it, or to a neighbour on the same surface.
@@ -246,6 +217,13 @@ static void compute_disparities(const struct match_level *level, const struct ma
     }
 }
 
+static inline int32_t median_of_three(int32_t a, int32_t b, int32_t c) {
+    const int32_t low = a < b ? a : b;
+    const int32_t high = a < b ? b : a;
+    const int32_t inner = c < high ? c : high;
+    return inner > low ? inner : low;
+}
+
 // Medians of three along the row; the ends do not change.
 static void smooth_along(const int32_t *restrict raw_q8, int width,
                          int32_t *restrict disparity_q8) {
@@ -293,6 +271,27 @@ static void validate_row(struct match_level *level, struct match_line *line, int
         write_output(level, line, y, left);
     } else {
         write_surface(level, line, y);
+    }
+}
+
+// `here` becomes the median of itself, the row before, at `raw`, and the next one; `raw` becomes
+// the old `here`.
+static void smooth_row(int32_t *restrict raw, int32_t *restrict here, const int32_t *restrict next,
+                       int columns) {
+    for (int x = 0; x < columns; x++) {
+        const int32_t was = here[x];
+        here[x] = median_of_three(raw[x], was, next[x]);
+        raw[x] = was;
+    }
+}
+
+static void fill_between(int32_t *restrict upper, int32_t *restrict lower, int columns) {
+    enum { SURFACE_STEP_Q8 = 256 };
+    for (int x = 0; x < columns; x++) {
+        const int32_t rise = lower[x] - upper[x];
+        const int32_t part = rise <= SURFACE_STEP_Q8 && rise >= -SURFACE_STEP_Q8 ? rise / 4 : 0;
+        upper[x] += part;
+        lower[x] -= part;
     }
 }
 

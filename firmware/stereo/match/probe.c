@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match_probe.h"
+#include "stereo/match/probe.h"
 
 #include <string.h>
 
 #include "core/invariant.h"
-#include "stereo/match/match_level.h"
-#include "stereo/match/match_vector_plain.h"
+#include "stereo/match/vector_plain.h"
 // The step uses the vectors included above.
-#include "stereo/match/match_path_cost.h"
-#include "stereo/match/match_state.h"
+#include "stereo/match/path_cost.h"
+#include "stereo/match/state.h"
 
 // The kernels must be the first member.
 static const struct match_probe *probe_of(const struct match_level *level) {

@@ -1,8 +1,97 @@
 // SPDX-License-Identifier: Apache-2.0
+// The levels of a pair, and what a coarser one chooses for the next: the window of disparities that
+// each tile of a band searches, and the slope of the surface that it follows.
+// Rows needed: those of the coarser level's surface that show the band, and around_rows or
+// slope_rows more above and below.
 #include <string.h>
 
 #include "core/invariant.h"
-#include "stereo/match/match_level.h"
+#include "stereo/match/state.h"
+
+static int padded_lanes(int disparity_count) {
+    return (disparity_count + MATCH_LANES - 1) / MATCH_LANES * MATCH_LANES;
+}
+
+static int scaled_down(int value, int shift) {
+    const int rest = value & ((1 << shift) - 1);
+    return (value - rest) / (1 << shift);
+}
+
+static void set_level(struct match_level *level, int width, int height, int disparity_min,
+                      int disparity_count) {
+    level->width = width;
+    level->height = height;
+    level->tiles = (width + MATCH_TILE_COLUMNS - 1) / MATCH_TILE_COLUMNS;
+    level->disparity_min = disparity_min;
+    level->disparity_count = disparity_count;
+    const int ends = match_range_ends(disparity_count);
+    level->believed = (struct match_believed){ends, disparity_count - 1 - ends};
+    level->lanes = padded_lanes(disparity_count);
+    const int front = -disparity_min;
+    const int behind = disparity_min + level->lanes;
+    level->right_pad = front > 0 ? front : 0;
+    level->right_length = width + level->right_pad + (behind > 0 ? behind : 0);
+}
+
+int match_mean_lanes(const struct match_level *level) {
+    const struct match_method *method = level->state->method;
+    const bool all =
+        match_searches_everything(level) || method->whole_range || level->lanes < method->lanes;
+    return all ? level->lanes : method->lanes;
+}
+
+// Number of lanes a column for which a level has memory. Windows at small objects far in front need
+// many, the more disparities there are.
+static int lanes_in_memory(const struct match_level *level) {
+    const int mean = match_mean_lanes(level);
+    const int part = padded_lanes(3 * level->lanes / 8);
+    return part > mean ? part : mean;
+}
+
+// Number of halvings of a level's columns and disparities to those of the next one. Below the
+// finest level each follows the slopes of the next, so that steeper surfaces are found from level
+// to level.
+static int halvings_below(const struct match_level *level) {
+    return match_is_finest(level) ? level->state->method->halvings : 1;
+}
+
+// Whether a level gets a coarser one: it has many disparities, and enough columns remain.
+static bool is_halved(const struct match_level *level) {
+    const struct match_method *method = level->state->method;
+    return method->coarse_disparities > 0 && level->disparity_count > method->coarse_disparities &&
+           level->width >> halvings_below(level) >= MATCH_MIN_WIDTH_PX;
+}
+
+void match_set_levels(struct match_state *state, int width, int height) {
+    const struct match_method *method = state->method;
+    state->level[0] = (struct match_level){.state = state, .shift_y = method->halved_rows};
+    set_level(&state->level[0], width, height >> method->halved_rows,
+              match_searched_min(&state->options), match_searched_count(&state->options));
+    state->level[0].believed = match_believed_of(&state->options);
+    state->levels = 1;
+    while (state->levels < MATCH_MAX_LEVELS && is_halved(&state->level[state->levels - 1])) {
+        struct match_level *finer = &state->level[state->levels - 1];
+        struct match_level *level = &state->level[state->levels];
+        const int halvings = halvings_below(finer);
+        const int shift = finer->shift_x + halvings;
+        // Rows are halved once, so that a floor gains fewer disparities a row than on the finer
+        // level. A low image keeps its rows: the memory requirement does not depend on the height.
+        const int more = height >> (finer->shift_y + 1) >= MATCH_MIN_HEIGHT_PX ? 1 : 0;
+        const int shift_y = finer->shift_y + more;
+        *level = (struct match_level){.state = state, .shift_x = shift, .shift_y = shift_y};
+        const int lowest = scaled_down(finer->disparity_min, halvings);
+        const int highest =
+            scaled_down(finer->disparity_min + finer->disparity_count - 1, halvings);
+        set_level(level, width >> shift, height >> shift_y, lowest, highest - lowest + 1);
+        finer->coarser = level;
+        state->levels++;
+    }
+    for (int i = 0; i < state->levels; i++) {
+        struct match_level *level = &state->level[i];
+        level->row_bytes =
+            (size_t)level->tiles * MATCH_TILE_COLUMNS * (size_t)lanes_in_memory(level);
+    }
+}
 
 // Lowest and highest index that the coarser level found near a tile; low > high: none was found.
 // `default_value`: roughly where most of them are.
@@ -426,33 +515,4 @@ void match_plan_windows(const struct match_level *level, int band_begin,
         }
         max_lanes -= MATCH_LANES;
     } while ((size_t)lanes > room);
-}
-
-// Where the left image shows what the right one shows `i` columns and `j` rows from a pixel on the
-// tile's surface: in 1/256 columns from the left pixel, at most 12 columns away.
-static int support_q8(const struct match_tile *tile, int i, int j) {
-    enum { POSITIVE = 16 * DISPARITY_ONE };  // rounds down, as shifts do
-    // Where the surface turns away from the right camera fewer columns of it show more of the left.
-    const int narrowed = MATCH_SLOPE_ONE - tile->slope_along;
-    const int scale = narrowed > MATCH_SLOPE_ONE / 2 ? narrowed : MATCH_SLOPE_ONE / 2;
-    const int right = i * MATCH_SLOPE_ONE + j * tile->slope_down;
-    return (right * DISPARITY_ONE + scale / 2 + POSITIVE * scale) / scale - POSITIVE;
-}
-
-void match_shear_support(uint8_t *const source[], const struct match_tile *tile, int x_begin,
-                         int columns, match_support support) {
-    INVARIANT(columns > 0 && columns <= MATCH_TILE_COLUMNS);
-    for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
-        for (int i = 0; i < MATCH_CENSUS_SIDE; i++) {
-            const int at_q8 = support_q8(tile, i - MATCH_CENSUS_RADIUS, j - MATCH_CENSUS_RADIUS);
-            INVARIANT(at_q8 >= -MATCH_SOURCE_PAD * DISPARITY_ONE &&
-                      at_q8 < (MATCH_SOURCE_PAD - 1) * DISPARITY_ONE);
-            const uint8_t *restrict from = source[j] + MATCH_SOURCE_PAD + x_begin + (at_q8 >> 8);
-            const uint16_t share = (uint16_t)(at_q8 & 0xff);
-            uint8_t *restrict to = support[j][i];
-            for (int c = 0; c < columns; c++) {
-                to[c] = (uint8_t)((from[c] * (256 - share) + from[c + 1] * share + 128) >> 8);
-            }
-        }
-    }
 }

@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "stereo/match/match_kernels.h"
+#include "stereo/match/kernels.h"
 
 #ifdef __cplusplus
 extern "C" {

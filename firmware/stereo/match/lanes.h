@@ -1,21 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the phases share (included by them): lanes of a pixel, the dynamic-programming step, the
-// lowest lane, and moves between windows.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_PATH_COST_H
-#define VERGENCE_STEREO_MATCH_MATCH_PATH_COST_H
+// Text that each set of kernels compiles: the lanes of a pixel, their neighbours and their moves
+// between windows and along slopes.
+#ifndef VERGENCE_STEREO_MATCH_LANES_H
+#define VERGENCE_STEREO_MATCH_LANES_H
 
-#include "stereo/match/match_state.h"
+#include "stereo/match/state.h"
+
+/// Runs `call(N, false)` with the number of lanes as a constant for common values, so that the
+/// loops over lanes are unrolled; or `call(N, true)` in a tile that follows a `slope`, where
+/// vectors of several members make up for the larger code, and else `call(lanes, true)`. The
+/// functions below are inlined into each case.
+#define MATCH_WITH_CONSTANT_LANES(lanes, slope, call)                             \
+    do {                                                                          \
+        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 16) {                \
+            call(16, true);                                                       \
+            break;                                                                \
+        }                                                                         \
+        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 32) {                \
+            call(32, true);                                                       \
+            break;                                                                \
+        }                                                                         \
+        switch ((slope) == 0 && (lanes) <= VECTOR_LANES_UNROLLED ? (lanes) : 0) { \
+            case 16:                                                              \
+                call(16, false);                                                  \
+                break;                                                            \
+            case 32:                                                              \
+                call(32, false);                                                  \
+                break;                                                            \
+            case 48:                                                              \
+                call(48, false);                                                  \
+                break;                                                            \
+            case 64:                                                              \
+                call(64, false);                                                  \
+                break;                                                            \
+            default:                                                              \
+                call(lanes, (slope) != 0);                                        \
+                break;                                                            \
+        }                                                                         \
+    } while (0)
+
+#define MATCH_INLINE static inline __attribute__((always_inline))
 
 enum { PATH_COST_VECTORS = MATCH_MAX_DISPARITIES / MATCH_LANES };
 
 /// All lanes of a pixel, or of one pixel for each member.
 struct lanes {
     struct vector part[PATH_COST_VECTORS];
-};
-
-struct path_penalties {
-    struct vector p1;  // of a change by one disparity
-    struct vector p2;  // of any other
 };
 
 MATCH_INLINE void load_lanes(const uint8_t *const at[], ptrdiff_t cell, struct lanes *to,
@@ -86,52 +116,6 @@ MATCH_INLINE void shear_average(struct lanes *of, int rise, const uint8_t *const
     }
 }
 
-// message[i] = cost[i] + min(p[i], p[i-1] + small, p[i+1] + small, large), where p is the previous
-// path cost in `path_cost` and neighbours beyond the ends are infinite; then its lowest lane is
-// subtracted. Source: H. Hirschmueller, "Stereo processing by semiglobal matching and mutual
-// information", PAMI 30(2), 2008, equation 13.
-MATCH_INLINE void add_path_cost(const struct lanes *cost, struct path_penalties penalties,
-                                struct lanes *path_cost, const int lanes) {
-    const int count = lanes / MATCH_LANES;
-    struct vector before = vector_all(UINT8_MAX);
-    struct vector smallest = vector_all(UINT8_MAX);
-    for (int k = 0; k < count; k++) {
-        const struct vector here = path_cost->part[k];
-        const struct vector beside = lower_neighbour(path_cost, k, before, lanes);
-        const struct vector step =
-            vector_min(vector_min(here, vector_add(beside, penalties.p1)), penalties.p2);
-        path_cost->part[k] = vector_add(cost->part[k], step);
-        smallest = vector_min(smallest, path_cost->part[k]);
-        before = here;
-    }
-    const struct vector lowest = vector_lowest(smallest);
-    for (int k = 0; k < count; k++) {
-        path_cost->part[k] = vector_sub(path_cost->part[k], lowest);
-    }
-}
-
-// The first lane of a member that is the lowest of all `total`.
-MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
-                               int lane[VECTOR_MEMBERS], const int count) {
-    for (int r = 0; r < VECTOR_MEMBERS; r++) {
-        lane[r] = -1;
-    }
-    // Two parts of a member fill a word.
-    for (int k = 0; k < count; k += 2) {
-        const uint32_t here = vector_equal(total[k], lowest);
-        const uint32_t next = k + 1 < count ? vector_equal(total[k + 1], lowest) : 0;
-        for (int r = 0; r < VECTOR_MEMBERS; r++) {
-            const uint32_t bits = (here >> (MATCH_LANES * r) & 0xffff) +
-                                  0x10000u * (next >> (MATCH_LANES * r) & 0xffff);
-            if (count == 1) {
-                lane[r] = __builtin_ctz(bits);
-            } else if (lane[r] < 0 && bits != 0) {
-                lane[r] = MATCH_LANES * k + __builtin_ctz(bits);
-            }
-        }
-    }
-}
-
 // Moves the cells of one pixel from the window `from` to the window `to`. Lanes missing in `from`
 // get the value of `fill`, or UINT8_MAX if that is NULL.
 static inline void match_realign(const uint8_t *from_cells, const struct match_tile *from,
@@ -163,6 +147,13 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
 
 static inline bool match_same_window(const struct match_tile *a, const struct match_tile *b) {
     return a->base == b->base && a->lanes == b->lanes;
+}
+
+MATCH_INLINE void member_cells(uint8_t *cells, int c, uint8_t *at[VECTOR_MEMBERS],
+                               const int lanes) {
+    for (int member = 0; member < VECTOR_MEMBERS; member++) {
+        at[member] = cells + (ptrdiff_t)(c + member) * lanes;
+    }
 }
 
 #endif

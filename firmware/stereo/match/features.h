@@ -1,14 +1,79 @@
 // SPDX-License-Identifier: Apache-2.0
-// The beginning of phase 1 (included by match_plain.c and the other kernel sets): rows at a level's
-// scale, their features, and the shares of the averages along the row.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_FEATURE_PHASE_H
-#define VERGENCE_STEREO_MATCH_MATCH_FEATURE_PHASE_H
+// Text that each set of kernels compiles. Features: what is compared between the images, and the
+// steps of grey levels that averages and paths follow.
+// Rows needed: two above and two below a row (MATCH_CENSUS_RADIUS), one more where the pair is
+// smoothed; of both images.
+#ifndef VERGENCE_STEREO_MATCH_FEATURES_H
+#define VERGENCE_STEREO_MATCH_FEATURES_H
 
 #include <string.h>
 
 #include "core/invariant.h"
-#include "stereo/match/match_level.h"
-#include "stereo/match/match_state.h"
+#include "stereo/match/lanes.h"
+#include "stereo/match/state.h"
+
+/// What an image is compared in. The first three are those of an image in colour, in their order.
+enum channel { RED, GREEN, BLUE, GREY, CHANNELS };
+
+/// A bit of the census: whether a pixel of the 5x5 window is brighter than another one in a
+/// channel. In a pair without colour all channels are grey.
+struct comparison {
+    uint8_t channel;  // enum channel
+    uint8_t row, column, other_row, other_column;
+};
+
+// Bit i % 8 of plane i / 8 is comparison i: of the finest level, of that level where smoothing is
+// more than weak, and of the other levels.
+// clang-format off
+static const struct comparison finest_census[MATCH_CENSUS_BITS] = {
+    // Neighbours with the centre; those above and below count twice.
+    {GREY, 2, 1, 2, 2}, {GREY, 2, 3, 2, 2},
+    {GREY, 1, 2, 2, 2}, {GREY, 3, 2, 2, 2},
+    {GREY, 1, 2, 2, 2}, {GREY, 3, 2, 2, 2},
+    {GREY, 1, 1, 2, 2}, {GREY, 1, 3, 2, 2},
+    {GREY, 3, 1, 2, 2}, {GREY, 3, 3, 2, 2},
+    // Opposite pixels.
+    {GREY, 1, 1, 3, 3}, {GREY, 1, 3, 3, 1},
+    {GREY, 1, 2, 3, 2}, {GREY, 2, 0, 2, 4},
+    {GREY, 0, 1, 4, 1}, {GREY, 0, 3, 4, 3},
+    // In red and blue; one counts twice.
+    {RED, 1, 2, 2, 2}, {RED, 3, 2, 2, 2},
+    {RED, 1, 2, 3, 2}, {RED, 1, 2, 3, 2},
+    {RED, 2, 0, 2, 4},
+    {BLUE, 2, 1, 2, 2}, {BLUE, 2, 3, 2, 2},
+    {BLUE, 2, 1, 2, 3},
+};
+
+// Of noisy pairs. Pixels farther apart: less detail, but more contrast.
+static const struct comparison smoothed_census[MATCH_CENSUS_BITS] = {
+    // Neighbours with the centre; those above and below count twice.
+    {GREY, 2, 1, 2, 2}, {GREY, 2, 3, 2, 2},
+    {GREY, 1, 2, 2, 2}, {GREY, 3, 2, 2, 2},
+    {GREY, 1, 2, 2, 2}, {GREY, 3, 2, 2, 2},
+    {GREY, 1, 1, 2, 2}, {GREY, 1, 3, 2, 2},
+    {GREY, 3, 1, 2, 2}, {GREY, 3, 3, 2, 2},
+    // Opposite pixels.
+    {GREY, 1, 1, 3, 3}, {GREY, 1, 3, 3, 1},
+    {GREY, 1, 0, 3, 4}, {GREY, 1, 4, 3, 0},
+    {GREY, 0, 0, 4, 4}, {GREY, 0, 4, 4, 0},
+    {RED, 2, 1, 2, 2}, {RED, 2, 3, 2, 2},
+    {RED, 1, 2, 2, 2}, {RED, 3, 2, 2, 2},
+    {RED, 2, 0, 2, 4}, {RED, 0, 2, 4, 2},
+    {BLUE, 2, 1, 2, 3}, {BLUE, 1, 2, 3, 2},
+};
+
+// All neighbours with the centre.
+static const struct comparison coarser_census[MATCH_CENSUS_BITS] = {
+    {GREY, 0, 0, 2, 2}, {GREY, 0, 1, 2, 2}, {GREY, 0, 2, 2, 2},
+    {GREY, 0, 3, 2, 2}, {GREY, 0, 4, 2, 2}, {GREY, 1, 0, 2, 2},
+    {GREY, 1, 1, 2, 2}, {GREY, 1, 2, 2, 2}, {GREY, 1, 3, 2, 2},
+    {GREY, 1, 4, 2, 2}, {GREY, 2, 0, 2, 2}, {GREY, 2, 1, 2, 2},
+    {GREY, 2, 3, 2, 2}, {GREY, 2, 4, 2, 2}, {GREY, 3, 0, 2, 2},
+    {GREY, 3, 1, 2, 2}, {GREY, 3, 2, 2, 2}, {GREY, 3, 3, 2, 2},
+    {GREY, 3, 4, 2, 2}, {GREY, 4, 0, 2, 2}, {GREY, 4, 1, 2, 2},
+    {GREY, 4, 2, 2, 2}, {GREY, 4, 3, 2, 2}, {GREY, 4, 4, 2, 2},
+};
+// clang-format on
 
 // Means of rectangles of 2^shift_x columns and 2^shift_y rows, into `width` pixels, from pixels
 // that are `pitch` bytes apart. `box` has room for a full row.
@@ -51,14 +116,14 @@ static void repeat_ends(struct rectify_span span, int width, uint8_t *padded) {
 }
 
 // One side of the input.
-struct match_view {
+struct image_view {
     const struct image_u8 *grey;
     const struct image_rgb8 *colour;
     const struct rectify_span *spans;
 };
 
 // An image to be read: all of a grey one, or one channel of a coloured one.
-struct match_source {
+struct image_source {
     struct image_u8 image;
     const struct rectify_span *spans;
     bool channel;  // its pixels are RGB_BYTES apart
@@ -75,7 +140,7 @@ static void one_channel(const uint8_t *restrict from, int width, uint8_t *restri
 
 // Pixels of row y for index -MATCH_SOURCE_PAD to width + MATCH_SOURCE_PAD - 1 of a level,
 // with the ends of the valid span repeated outwards.
-static void source_row(const struct match_level *level, const struct match_source *source, int y,
+static void source_row(const struct match_level *level, const struct image_source *source, int y,
                        uint16_t *box, uint8_t *padded) {
     const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
     uint8_t *restrict pixels = padded + MATCH_SOURCE_PAD;
@@ -116,7 +181,7 @@ static void smooth_source(const uint8_t *above, const uint8_t *row, const uint8_
 
 // Smooths `count` rows from y_begin on: the rows y_begin - 1 and so on in scratch->source. The
 // result begins at its first row.
-static void smooth_sources(const struct match_level *level, const struct match_source *from,
+static void smooth_sources(const struct match_level *level, const struct image_source *from,
                            int y_begin, int count, struct match_scratch *scratch) {
     const int width = level->width;
     uint8_t *const *source = scratch->source;
@@ -139,7 +204,7 @@ static void smooth_sources(const struct match_level *level, const struct match_s
 }
 
 // Reads `count` rows from row `first` on into scratch->source, smoothed where the level is.
-static void source_rows(const struct match_level *level, const struct match_source *source,
+static void source_rows(const struct match_level *level, const struct image_source *source,
                         int first, int count, struct match_scratch *scratch) {
     const bool smooth = match_is_smoothed(level);
     const int more = smooth ? 1 : 0;
@@ -152,10 +217,10 @@ static void source_rows(const struct match_level *level, const struct match_sour
 }
 
 // Reads what the features of the rows [y_begin, y_begin + rows) need of a channel.
-static void channel_rows(const struct match_level *level, const struct match_view *view,
+static void channel_rows(const struct match_level *level, const struct image_view *view,
                          int channel, int y_begin, int rows, struct match_scratch *scratch) {
-    struct match_source source = {*view->grey, view->spans, false};
-    if (channel != MATCH_GREY) {
+    struct image_source source = {*view->grey, view->spans, false};
+    if (channel != GREY) {
         const struct image_rgb8 *colour = view->colour;
         source.image = (struct image_u8){colour->data + channel, colour->width, colour->height,
                                          colour->stride};
@@ -167,7 +232,7 @@ static void channel_rows(const struct match_level *level, const struct match_vie
 
 // Eight comparisons, one bit each, into the bits of `mask`. `pitch`: between the bytes of one
 // column of the window and those of the next.
-static void census_plane(uint8_t *const window[], int pitch, const struct match_comparison of[8],
+static void census_plane(uint8_t *const window[], int pitch, const struct comparison of[8],
                          uint8_t mask, int width, uint8_t *restrict plane) {
     const uint8_t *pixel[8], *other[8];
     for (int i = 0; i < 8; i++) {
@@ -200,12 +265,11 @@ static void gradient_row(uint8_t *const window[], int pitch, int width,
     }
 }
 
-static const struct match_comparison *census_of(const struct match_level *level) {
+static const struct comparison *census_of(const struct match_level *level) {
     if (!match_is_finest(level)) {
-        return match_coarser_census;
+        return coarser_census;
     }
-    return level->state->smoothing > MATCH_WEAK_SMOOTHING ? match_smoothed_census
-                                                          : match_finest_census;
+    return level->state->smoothing > MATCH_WEAK_SMOOTHING ? smoothed_census : finest_census;
 }
 
 // The bits of a plane that compare a channel.
@@ -213,7 +277,7 @@ static uint8_t compared_bits(const struct match_level *level, int plane, int cha
     int bits = 0;
     for (int i = 0; i < 8; i++) {
         const int own = census_of(level)[8 * plane + i].channel;
-        const int compared = level->state->compares_colour ? own : MATCH_GREY;
+        const int compared = level->state->compares_colour ? own : GREY;
         bits |= compared == channel ? 1 << i : 0;
     }
     return (uint8_t)bits;
@@ -239,8 +303,43 @@ static void compare_window(const struct match_level *level, uint8_t *const windo
                          features->census[plane] + x_begin);
         }
     }
-    if (channel == MATCH_GREY) {
+    if (channel == GREY) {
         gradient_row(window, pitch, width, features->gradient + x_begin);
+    }
+}
+
+// Pixels of a channel around those of a tile, by row, column and pixel.
+typedef uint8_t tile_support[MATCH_CENSUS_SIDE][MATCH_CENSUS_SIDE][MATCH_TILE_COLUMNS];
+
+// Where the left image shows what the right one shows `i` columns and `j` rows from a pixel on the
+// tile's surface: in 1/256 columns from the left pixel, at most 12 columns away.
+static int support_q8(const struct match_tile *tile, int i, int j) {
+    enum { POSITIVE = 16 * DISPARITY_ONE };  // rounds down, as shifts do
+    // Where the surface turns away from the right camera fewer columns of it show more of the left.
+    const int narrowed = MATCH_SLOPE_ONE - tile->slope_along;
+    const int scale = narrowed > MATCH_SLOPE_ONE / 2 ? narrowed : MATCH_SLOPE_ONE / 2;
+    const int right = i * MATCH_SLOPE_ONE + j * tile->slope_down;
+    return (right * DISPARITY_ONE + scale / 2 + POSITIVE * scale) / scale - POSITIVE;
+}
+
+// The support of `columns` left pixels of a tile from x_begin on, in the middle one of five padded
+// rows, sheared like the tile's surface: the left pixels that show what the right image shows in a
+// square around the matching pixel.
+static void shear_support(uint8_t *const source[], const struct match_tile *tile, int x_begin,
+                          int columns, tile_support support) {
+    INVARIANT(columns > 0 && columns <= MATCH_TILE_COLUMNS);
+    for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
+        for (int i = 0; i < MATCH_CENSUS_SIDE; i++) {
+            const int at_q8 = support_q8(tile, i - MATCH_CENSUS_RADIUS, j - MATCH_CENSUS_RADIUS);
+            INVARIANT(at_q8 >= -MATCH_SOURCE_PAD * DISPARITY_ONE &&
+                      at_q8 < (MATCH_SOURCE_PAD - 1) * DISPARITY_ONE);
+            const uint8_t *restrict from = source[j] + MATCH_SOURCE_PAD + x_begin + (at_q8 >> 8);
+            const uint16_t share = (uint16_t)(at_q8 & 0xff);
+            uint8_t *restrict to = support[j][i];
+            for (int c = 0; c < columns; c++) {
+                to[c] = (uint8_t)((from[c] * (256 - share) + from[c + 1] * share + 128) >> 8);
+            }
+        }
     }
 }
 
@@ -260,8 +359,8 @@ static void compare_channel(const struct match_level *level, const struct match_
         }
         const int x = t * MATCH_TILE_COLUMNS;
         const int columns = match_tile_columns(level, t);
-        match_support support;
-        match_shear_support(source, &tiles[t], x, columns, support);
+        tile_support support;
+        shear_support(source, &tiles[t], x, columns, support);
         for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
             window[j] = support[j][0];
         }
@@ -319,12 +418,12 @@ static bool has_coloured_steps(const struct match_level *level) {
 
 // Features of rows, in the memory of the left ones, whose `tiles` are not NULL: their steps too.
 // Each channel is read once, grey last: its rows stay in scratch->source.
-static void view_features(const struct match_level *level, const struct match_view *view,
+static void view_features(const struct match_level *level, const struct image_view *view,
                           const struct match_tile *tiles, struct match_scratch *scratch,
                           int y_begin, int rows) {
-    for (int channel = 0; channel < MATCH_CHANNELS; channel++) {
-        const bool steps = tiles != NULL && has_coloured_steps(level) == (channel != MATCH_GREY);
-        if (!steps && channel != MATCH_GREY && !is_compared(level, channel)) {
+    for (int channel = 0; channel < CHANNELS; channel++) {
+        const bool steps = tiles != NULL && has_coloured_steps(level) == (channel != GREY);
+        if (!steps && channel != GREY && !is_compared(level, channel)) {
             continue;
         }
         channel_rows(level, view, channel, y_begin, rows, scratch);
@@ -341,7 +440,7 @@ static void view_features(const struct match_level *level, const struct match_vi
 static void left_features(struct match_level *level, struct match_scratch *scratch,
                           const struct match_tile *tiles, int y_begin, int rows) {
     const struct match_input *input = level->state->input;
-    const struct match_view view = {&input->left, &input->left_colour, input->left_span};
+    const struct image_view view = {&input->left, &input->left_colour, input->left_span};
     const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
     for (int r = 0; r < rows; r++) {
         memset(level->step_along[(y_begin + r) % level->ring_rows], 0, columns);
@@ -354,11 +453,6 @@ static void left_features(struct match_level *level, struct match_scratch *scrat
             as_grey_steps(level->step_along[slot], level->width);
             as_grey_steps(level->step_down[slot], level->width);
         }
-        const uint8_t *restrict step = level->step_down[slot];
-        uint16_t *restrict weight = level->weight_down[slot];
-        for (size_t x = 0; x < columns; x++) {
-            weight[x] = match_weight(step[x]);
-        }
         if (level->guide[slot] != NULL) {
             memcpy(level->guide[slot], scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_SOURCE_PAD,
                    (size_t)level->width);
@@ -369,7 +463,7 @@ static void left_features(struct match_level *level, struct match_scratch *scrat
 static void right_features(const struct match_level *level, struct match_scratch *scratch,
                            int y_begin, int rows) {
     const struct match_input *input = level->state->input;
-    const struct match_view view = {&input->right, &input->right_colour, input->right_span};
+    const struct image_view view = {&input->right, &input->right_colour, input->right_span};
     // The left features do not exist yet, so their memory holds these before they are reversed.
     view_features(level, &view, NULL, scratch, y_begin, rows);
     for (int r = 0; r < rows; r++) {
@@ -378,62 +472,6 @@ static void right_features(const struct match_level *level, struct match_scratch
             reverse_feature(level, line->cost.left.census[plane], line->cost.right.census[plane]);
         }
         reverse_feature(level, line->cost.left.gradient, line->cost.right.gradient);
-    }
-}
-
-// Masses of the averages along the rows from both sides, and the masses that arrive at each pixel.
-// Rows are processed in parallel: each depends on its own previous mass, not on other rows.
-MATCH_INLINE void row_masses(struct match_line *line, int width, const int rows) {
-    uint16_t mass[MATCH_ROWS_ABREAST];
-    const uint16_t *weight[MATCH_ROWS_ABREAST];
-    uint16_t *from_left[MATCH_ROWS_ABREAST];
-    uint16_t *from_right[MATCH_ROWS_ABREAST];
-    for (int r = 0; r < rows; r++) {
-        weight[r] = line[r].cost.weight;
-        from_left[r] = line[r].cost.forward;
-        from_right[r] = line[r].cost.backward;
-        mass[r] = 0;
-    }
-    for (int x = 0; x < width; x++) {
-        for (int r = 0; r < rows; r++) {
-            from_left[r][x] = match_carry(mass[r], weight[r][x]);
-            mass[r] = (uint16_t)(MATCH_MASS_ONE + from_left[r][x]);
-        }
-    }
-    for (int r = 0; r < rows; r++) {
-        from_right[r][width - 1] = 0;
-        mass[r] = MATCH_MASS_ONE;
-    }
-    for (int x = width - 2; x >= 0; x--) {
-        for (int r = 0; r < rows; r++) {
-            from_right[r][x] = match_carry(mass[r], weight[r][x + 1]);
-            mass[r] = (uint16_t)(MATCH_MASS_ONE + from_right[r][x]);
-        }
-    }
-}
-
-MATCH_INLINE void row_shares(const struct match_level *level, struct match_scratch *scratch,
-                             int y_begin, const int rows) {
-    const int width = level->width;
-    for (int r = 0; r < rows; r++) {
-        const uint8_t *restrict step = level->step_along[(y_begin + r) % level->ring_rows];
-        uint16_t *restrict weight = scratch->line[r].cost.weight;
-        for (int x = 0; x < width; x++) {
-            weight[x] = match_weight(step[x]);
-        }
-    }
-    row_masses(scratch->line, width, rows);
-    for (int r = 0; r < rows; r++) {
-        match_share *restrict forward = scratch->line[r].cost.forward;
-        match_share *restrict joined = scratch->line[r].cost.joined;
-        match_share *restrict backward = scratch->line[r].cost.backward;
-        for (int x = 0; x < width; x++) {
-            const uint16_t from_left = forward[x];
-            const uint16_t from_right = backward[x];
-            joined[x] = match_share_between((uint16_t)(MATCH_MASS_ONE + from_left), from_right);
-            forward[x] = match_share_between(from_left, MATCH_MASS_ONE);
-            backward[x] = match_share_between(from_right, MATCH_MASS_ONE);
-        }
     }
 }
 

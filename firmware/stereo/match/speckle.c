@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+// Islands of a few pixels are rejected.
+// Rows needed: as many above and below as an island may have pixels (speckle_px).
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
-#include "stereo/match/match_validity.h"
+#include "stereo/match/checks.h"
 
 // Marks in the reason map while islands are measured; above all reasons.
 enum { MARK_QUEUED = 0x40, MARK_UNDECIDED = 0x60, MARK_LARGE = 0x80 };

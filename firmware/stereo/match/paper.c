@@ -1,12 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match/match_paper.h"
-
+// The historical baseline: a greedy path through disparity space, row by row.
+//
+// A reconstruction, not a port. The first account of this instrument most likely matched with this
+// model: G. Guerra-Filho, "An optimal time-space algorithm for dense stereo matching", Journal of
+// Real-Time Image Processing, 2010, of which only the abstract was available. *Known* from it: a
+// greedy heuristic computes a path in disparity space; the work per pixel is constant, as the
+// range of disparities is not searched; time and space are O(n); a procedure repairs the map at
+// depth discontinuities. *Inferred* by us is everything else:
+//
+// 1. Each pixel has a *signature*: 30 comparisons of grey values around it. The dissimilarity of
+//    two pixels is the number of differing bits: 0 if equal, 15 by chance. A difference of
+//    exposure does not matter.
+// 2. A *walk* follows the row. Its only state is its position: a column of the left row and one of
+//    the right (their difference is the disparity). Before each step it compares a few moves by
+//    the dissimilarity of the next 8 pixels plus a penalty: straight on; skip one pixel of either
+//    row (a slant); and where straight on does not fit, skip up to 32 of either row (an
+//    occlusion). The cheapest is taken and never revised.
+// 3. A greedy walk finds a surface late. So a second walk comes back from the other end and may
+//    switch to the path of the first, and a third likewise to that of the second. Pixels on which
+//    the last two agree are kept.
+// 4. *Repair*: between two kept pieces the edge is put where both fit best.
+// 5. *Validation*: sums along the path of the dissimilarities at the match and at one and two
+//    disparities away give the sub-pixel position, the confidence and the reason to reject.
+//
+// A surface more than 32 px away needs several lucky jumps; repeated patterns and rows without
+// texture mislead a walk for as long as they last. This is inherent in the method: it leaves
+// horizontal stripes.
+//
+// Measured on eight recorded pairs with ground truth (the Middlebury ones of match.md), "filled"
+// by the rule of `vergence evaluate`: mean bad-1.0 is 7.7 %, from 1.8 % (venus) to 19.2 % (Art);
+// 10.3 % if a walk may not switch to the other's path, 8.7 % without repair. Of the kept pixels,
+// 3.3 % are off by more than 1 px, at a density of 87 %.
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
-#include "stereo/match/match_validity.h"
+#include "stereo/match/checks.h"
 
 // Changing one of these numbers by a quarter changes the mean error on eight recorded pairs (7.7 %)
 // by at most 1.1 points (fewer jumps: JUMP_MAX_PX, LOST); most of them by less than 0.3.

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// match_vector_plain.h for SSE4.1: one member per vector.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_VECTOR_SSE41_H
-#define VERGENCE_STEREO_MATCH_MATCH_VECTOR_SSE41_H
+// For x86 processors with SSE4.1: one member per vector.
+// The operations are those of vector_plain.h.
+#if defined(__x86_64__)
 
 #include <smmintrin.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "stereo/match/match_state.h"
+#include "stereo/match/state.h"
+
+#define VECTOR_NAME "sse41"
+#define VECTOR_KERNELS match_sse41_kernels
 
 enum {
     VECTOR_MEMBERS = 1,
@@ -122,5 +125,8 @@ static inline struct vector vector_cost(const struct vector left[MATCH_CENSUS_PL
     return (struct vector){
         _mm_add_epi8(bits, _mm_min_epu8(step, _mm_set1_epi8(MATCH_GRADIENT_TRUNCATION)))};
 }
+
+// The steps use the vectors defined above.
+#include "stereo/match/kernels_text.h"
 
 #endif
