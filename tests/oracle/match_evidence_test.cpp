@@ -13,6 +13,7 @@
 #include "match_reference.hpp"
 #include "stereo/image/reason.h"
 #include "stereo/match/checks.h"
+#include "stereo/match/tuning.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 
@@ -134,7 +135,7 @@ TEST_CASE("what is around a pixel is judged as the reference does") {
     std::set<int> changes;
     for (int round = 0; round < 24; round++) {
         CAPTURE(round);
-        const int smoothing = round % 2 == 0 ? MATCH_COARSE_SMOOTHING : MATCH_WEAK_SMOOTHING;
+        const int smoothing = round % 2 == 0 ? TUNE_SMOOTHING_COARSE : TUNE_SMOOTHING_WEAK;
         Search search = {0, 40, 0, false};
         search.extra_above = round % 4 < 2 ? 0 : 8;
         const Pair pair = random_pair(generator, generator.between(150, 210),
@@ -142,7 +143,7 @@ TEST_CASE("what is around a pixel is judged as the reference does") {
                                       round % 4 == 3 ? 72 : 100, generator.between(0, 10) * 5);
         Answer expected = pair.answer;
         reference::check_neighbourhood(pair.left, pair.right, search,
-                                       smoothing == MATCH_COARSE_SMOOTHING, &expected);
+                                       smoothing == TUNE_SMOOTHING_COARSE, &expected);
         const Grid<int> reasons = checked_reasons(pair, search, smoothing);
         int differing = 0;
         for (size_t i = 0; i < reasons.cells.size(); i++) {
@@ -167,7 +168,7 @@ TEST_CASE("a surface that only its cost rejects is kept where all rivals are far
             pair.answer.confidence.cells[i] = margin;
             pair.answer.reason.cells[i] = REASON_OUT_OF_RANGE;
         }
-        const Grid<int> reasons = checked_reasons(pair, {0, 40, 0, false}, MATCH_WEAK_SMOOTHING);
+        const Grid<int> reasons = checked_reasons(pair, {0, 40, 0, false}, TUNE_SMOOTHING_WEAK);
         CHECK((reasons.at(80, 60) == REASON_OUT_OF_RANGE) == (margin == 47));
     }
 }

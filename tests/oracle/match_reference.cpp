@@ -6,15 +6,14 @@
 #include <cstdlib>
 #include <limits>
 
+#include "stereo/match/tuning.h"
+
 namespace reference {
 
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMassOne = 512;
-// Prices of leaning along a column and along a row.
-constexpr double kLeanDown = 4;
-constexpr double kLeanAlong = 8;
 
 // What arrives along a row or a column at some pixel.
 struct Running {
@@ -23,39 +22,13 @@ struct Running {
     double mass() const { return kMassOne + carried; }
 };
 
-// Whether a pixel of the 5x5 window is brighter than another one, by distance from its centre.
-struct Comparison {
-    char channel;
-    int dx, dy, other_dx, other_dy;
-};
-
 struct Feature {
     std::vector<bool> brighter;
     double gradient;  // Sobel's along the row, a quarter of it, around 128
 };
 
-// Of neighbours with the centre, and of opposite pixels; some count twice.
-const std::vector<Comparison> kComparisons = {
-    {'g', -1, 0, 0, 0}, {'g', 1, 0, 0, 0},  {'g', 0, -1, 0, 0},   {'g', 0, 1, 0, 0},
-    {'g', 0, -1, 0, 0}, {'g', 0, 1, 0, 0},  {'g', -1, -1, 0, 0},  {'g', 1, -1, 0, 0},
-    {'g', -1, 1, 0, 0}, {'g', 1, 1, 0, 0},  {'g', -1, -1, 1, 1},  {'g', 1, -1, -1, 1},
-    {'g', 0, -1, 0, 1}, {'g', -2, 0, 2, 0}, {'g', -1, -2, -1, 2}, {'g', 1, -2, 1, 2},
-    {'r', 0, -1, 0, 0}, {'r', 0, 1, 0, 0},  {'r', 0, -1, 0, 1},   {'r', 0, -1, 0, 1},
-    {'r', -2, 0, 2, 0}, {'b', -1, 0, 0, 0}, {'b', 1, 0, 0, 0},    {'b', -1, 0, 1, 0},
-};
-
-// Where smoothing is more than weak.
-const std::vector<Comparison> kSmoothedComparisons = {
-    {'g', -1, 0, 0, 0},  {'g', 1, 0, 0, 0},   {'g', 0, -1, 0, 0},  {'g', 0, 1, 0, 0},
-    {'g', 0, -1, 0, 0},  {'g', 0, 1, 0, 0},   {'g', -1, -1, 0, 0}, {'g', 1, -1, 0, 0},
-    {'g', -1, 1, 0, 0},  {'g', 1, 1, 0, 0},   {'g', -1, -1, 1, 1}, {'g', 1, -1, -1, 1},
-    {'g', -2, -1, 2, 1}, {'g', 2, -1, -2, 1}, {'g', -2, -2, 2, 2}, {'g', 2, -2, -2, 2},
-    {'r', -1, 0, 0, 0},  {'r', 1, 0, 0, 0},   {'r', 0, -1, 0, 0},  {'r', 0, 1, 0, 0},
-    {'r', -2, 0, 2, 0},  {'r', 0, -2, 0, 2},  {'b', -1, 0, 1, 0},  {'b', 0, -1, 0, 1},
-};
-
-const Grid<uint8_t> &channel_of(const View &view, char channel) {
-    return channel == 'g' ? view.grey : view.channels[channel == 'r' ? 0 : 2];
+const Grid<uint8_t> &channel_of(const View &view, int channel) {
+    return channel == MATCH_GREY ? view.grey : view.channels[static_cast<size_t>(channel)];
 }
 
 // The left position of what is `dx` columns and `dy` rows from a pixel in the right image, in 1/256
@@ -77,20 +50,22 @@ int between_pixels(const View &view, const Grid<uint8_t> &channel, int x, int y,
 }
 
 Feature feature_at(const View &view, bool in_colour, int x, int y, const Slopes &slopes) {
-    const auto level = [&](char channel, int dx, int dy) {
+    // By distance from the centre.
+    const auto level = [&](int channel, int dx, int dy) {
         return between_pixels(view, channel_of(view, channel), x, y + dy,
                               support_of(slopes, dx, dy));
     };
     Feature feature;
-    for (const Comparison &one : view.smoothing > 2 ? kSmoothedComparisons : kComparisons) {
-        const char channel = in_colour ? one.channel : 'g';
-        feature.brighter.push_back(level(channel, one.dx, one.dy) >
-                                   level(channel, one.other_dx, one.other_dy));
+    for (const match_comparison &one :
+         view.smoothing > TUNE_SMOOTHING_WEAK ? match_smoothed_census : match_finest_census) {
+        const int channel = in_colour ? one.channel : int{MATCH_GREY};
+        feature.brighter.push_back(level(channel, one.column - 2, one.row - 2) >
+                                   level(channel, one.other_column - 2, one.other_row - 2));
     }
     double slope = 0;
     for (int dy = -1; dy <= 1; dy++) {
         const int row_weight = dy == 0 ? 2 : 1;
-        slope += row_weight * (level('g', 1, dy) - level('g', -1, dy));
+        slope += row_weight * (level(MATCH_GREY, 1, dy) - level(MATCH_GREY, -1, dy));
     }
     feature.gradient = std::clamp(128 + std::trunc(slope / 2), 0.0, 255.0);
     return feature;
@@ -111,7 +86,8 @@ double cost_between(const Feature &left, const Feature &right) {
     for (size_t i = 0; i < left.brighter.size(); i++) {
         differing += left.brighter[i] != right.brighter[i];
     }
-    return 4 * differing + std::min(std::abs(left.gradient - right.gradient), 12.0);
+    return TUNE_CENSUS_WEIGHT * differing +
+           std::min<double>(std::abs(left.gradient - right.gradient), TUNE_GRADIENT_MAX);
 }
 
 // Weight of the first of two masses, in 1/128; both get at least one.
@@ -225,16 +201,16 @@ int step_between(const View &left, int x, int y, int other_x, int other_y) {
         largest = std::max(largest, std::abs(level_at(left, channel, x, y) -
                                              level_at(left, channel, other_x, other_y)));
     }
-    return (5 * largest + 4) / 8;
+    return (TUNE_COLOUR_STEP * largest + 4) / 8;
 }
 
 double large_penalty(int step) {
-    return std::max(135 - 6 * step, 30);
+    return std::max<int>(TUNE_P2 - TUNE_P2_SLOPE * step, TUNE_P2_MIN);
 }
 
 // The weight of what comes from above is a sixteenth lower.
 double downward(double weight) {
-    return weight - std::floor(weight / 16);
+    return weight - std::floor(weight / int{TUNE_DOWN_LESS});
 }
 
 // Averages of one column. Upwards each sees six to thirteen rows: up to six below the band of eight
@@ -246,7 +222,7 @@ std::vector<Lanes> column_averages(const View &left, const Volume &averages,
     const std::vector<Running> down = averages_along(
         height, [&](int y) { return averages.at(x, y); },
         [&](int y) { return downward(edge_weight(step_between(left, x, y, x, y - 1))); },
-        [&](int y) { return rise_to(slopes.at(x, y).down, y); }, kLeanDown);
+        [&](int y) { return rise_to(slopes.at(x, y).down, y); }, TUNE_LEAN_DOWN);
     std::vector<Lanes> result;
     for (int y = 0; y < height; y++) {
         const Running &above = down[static_cast<size_t>(y)];
@@ -261,12 +237,12 @@ std::vector<Lanes> column_averages(const View &left, const Volume &averages,
                 [&](int n) {
                     return edge_weight(step_between(left, x, last - n, x, last - n + 1));
                 },
-                [&](int n) { return rise_up(last - n); }, kLeanDown)
+                [&](int n) { return rise_up(last - n); }, TUNE_LEAN_DOWN)
                 .back();
         const double carried = carry(below, edge_weight(step_between(left, x, y + 1, x, y)));
         const double share = 128 - share_of(above.mass(), carried);
         const Lanes lanes =
-            leaning(arriving(below.average, averages.at(x, y), rise_up(y)), kLeanDown);
+            leaning(arriving(below.average, averages.at(x, y), rise_up(y)), TUNE_LEAN_DOWN);
         result.push_back(blend(lanes, above.average, share));
     }
     return result;
@@ -287,7 +263,7 @@ void add_paths(const View &left, const Volume &averages, const std::vector<Place
         large.push_back(large_penalty(step_between(left, at.x, at.y, before.x, before.y)));
         rises.push_back(rise(at));
     }
-    const std::vector<Lanes> paths = path_costs(costs, 20, large, rises);
+    const std::vector<Lanes> paths = path_costs(costs, TUNE_P1, large, rises);
     for (size_t n = 0; n < places.size(); n++) {
         const Lanes path = normalised(paths[n]);
         Lanes &total = totals->at(places[n].x, places[n].y);
@@ -368,11 +344,12 @@ Lanes normalised(Lanes lanes) {
 
 double edge_weight(int step) {
     // 0.9 (1 - step / 112)^8, rounded down at each step: three squarings, then the factor.
-    double weight = 65520 - 585 * std::min(step, 112);
+    const double unit = std::floor(65535.0 / int{TUNE_EDGE_STEP});
+    double weight = unit * (TUNE_EDGE_STEP - std::min<int>(step, TUNE_EDGE_STEP));
     for (int i = 0; i < 3; i++) {
         weight = std::floor(weight * weight / 65536);
     }
-    return std::floor(weight * 58982 / 65536);
+    return std::floor(weight * int{TUNE_EDGE_WEIGHT} / 65536);
 }
 
 // Right pixels outside the image have the features of its ends.
@@ -416,19 +393,19 @@ Volume row_averages(const View &left, const Volume &costs, const Grid<Slopes> &s
         const auto weight = [&](int x) { return edge_weight(step_between(left, x, y, x - 1, y)); };
         const std::vector<Running> from_left = averages_along(
             width, [&](int x) { return costs.at(x, y); }, weight,
-            [&](int x) { return rise_to(slopes.at(x, y).along, x); }, kLeanAlong);
+            [&](int x) { return rise_to(slopes.at(x, y).along, x); }, TUNE_LEAN_ALONG);
         const auto fall = [&](int x) { return rise_back(slopes.at(x, y).along, x); };
         const std::vector<Running> from_right = averages_along(
             width, [&](int n) { return costs.at(width - 1 - n, y); },
             [&](int n) { return weight(width - n); }, [&](int n) { return fall(width - 1 - n); },
-            kLeanAlong);
+            TUNE_LEAN_ALONG);
         for (int x = 0; x < width; x++) {
             const Running &before = from_left[static_cast<size_t>(x)];
             result.at(x, y) = before.average;
             if (x + 1 < width) {
                 const Running &after = from_right[static_cast<size_t>(width - 2 - x)];
                 const Lanes lanes =
-                    leaning(arriving(after.average, costs.at(x, y), fall(x)), kLeanAlong);
+                    leaning(arriving(after.average, costs.at(x, y), fall(x)), TUNE_LEAN_ALONG);
                 const double share = share_of(before.mass(), carry(after, weight(x + 1)));
                 result.at(x, y) = blend(before.average, lanes, share);
             }

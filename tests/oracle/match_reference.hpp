@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A slow and plain reimplementation of the matcher's finest level: whole volumes of doubles, one
-/// loop per formula, no code shared with core. Written from firmware/stereo/match/match.md and the
-/// definitions in the kernels. The disparities that a pixel searches, and the slopes of the surface
-/// around it, are arguments.
+/// loop per formula, no code shared with core but its table of numbers (tuning.h). Written from
+/// firmware/stereo/match/match.md and the definitions in the kernels. The disparities that a pixel
+/// searches, and the slopes of the surface around it, are arguments.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
 #define VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
 

@@ -8,6 +8,7 @@
 
 #include "match_reference.hpp"
 #include "stereo/image/reason.h"
+#include "stereo/match/tuning.h"
 
 namespace reference {
 
@@ -83,7 +84,7 @@ double noise_of(const View &left, const View &right, const Answer &answer) {
         return 21;
     }
     std::sort(bins.begin(), bins.end());
-    const double sum = bins[bins.size() / 10] * 16 + 8;
+    const double sum = bins[bins.size() / TUNE_PAIR_NOISE_SHARE] * 16 + 8;
     return std::max(std::floor(sum * sum / 530), 21.0);
 }
 
@@ -121,12 +122,13 @@ struct Slopes {
     Grid<double> along, upright, count;
 };
 
-// Whether the disparity changes by more than 8 px over four columns, up to three columns away.
+// Whether the disparity changes by a depth edge over four columns, a few columns away.
 bool is_at_rim(const Answer &answer, int x, int y) {
     bool at_rim = false;
-    for (int i = std::max(x - 3, 2); i <= std::min(x + 3, answer.reason.width - 3); i++) {
+    for (int i = std::max(x - TUNE_DEPTH_EDGE_COLUMNS, 2);
+         i <= std::min(x + TUNE_DEPTH_EDGE_COLUMNS, answer.reason.width - 3); i++) {
         at_rim = at_rim || std::abs(answer.disparity_q8.at(i + 2, y) -
-                                    answer.disparity_q8.at(i - 2, y)) > 8 * 256;
+                                    answer.disparity_q8.at(i - 2, y)) > TUNE_DEPTH_EDGE_PX * 256;
     }
     return at_rim;
 }
@@ -171,11 +173,12 @@ void judge_slopes(const Slopes &slopes, double noise_q8, int column, int row, Te
     // Slopes have 72 times the variance of a pixel.
     const double noise = std::floor(noise_q8 * count * 72 / 256);
     const double upright_alone = std::max(upright - noise, 0.0);
-    const double structure = std::floor(upright_alone / 10);
-    texture->sloped.at(column, row) = count > 0 && along >= 4 * noise;
-    texture->textured.at(column, row) = count > 0 && along >= 4 * noise + structure;
-    texture->balanced.at(column, row) = count > 0 && along >= noise + std::floor(upright_alone / 5);
-    texture->strong.at(column, row) = count > 0 && along >= 128 * noise;
+    const double structure = std::floor(upright_alone / int{TUNE_UPRIGHT});
+    texture->sloped.at(column, row) = count > 0 && along >= (TUNE_SIGNAL + 1) * noise;
+    texture->textured.at(column, row) = count > 0 && along >= (TUNE_SIGNAL + 1) * noise + structure;
+    texture->balanced.at(column, row) =
+        count > 0 && along >= noise + std::floor(upright_alone / int{TUNE_BALANCED});
+    texture->strong.at(column, row) = count > 0 && along >= int{TUNE_STRONG_SIGNAL} * noise;
 }
 
 // Pixels that both cameras may see, and those that were accepted, by block.
@@ -200,7 +203,7 @@ bool is_hidden(const Answer &answer, int x, int y) {
     }
     const double step_px =
         (answer.disparity_q8.at(after, y) - answer.disparity_q8.at(before, y)) / 256.0;
-    return step_px >= 4 && after - before - 1 <= 1.5 * step_px;
+    return step_px >= int{TUNE_HIDDEN_STEP_PX} && after - before - 1 <= 1.5 * step_px;
 }
 
 Pixels pixels_of(const Answer &answer) {
@@ -239,13 +242,15 @@ int share_of(double accepted, double seen) {
     return seen > 0 ? static_cast<int>(255 * accepted / seen) : 0;
 }
 
-// Mean margin, of at most 60, of every fourth pixel of 25 x 25.
+// Mean margin, with a cap, of every fourth pixel around.
 int margin_around(const Answer &answer, int x, int y) {
+    const int reach = TUNE_MEAN_MARGIN_AROUND;
     int sum = 0, count = 0;
-    for (int j = std::max(y - 12, 0); j <= std::min(y + 12, answer.confidence.height - 1); j += 4) {
-        for (int i = std::max(x - 12, 0); i <= std::min(x + 12, answer.confidence.width - 1);
+    for (int j = std::max(y - reach, 0); j <= std::min(y + reach, answer.confidence.height - 1);
+         j += 4) {
+        for (int i = std::max(x - reach, 0); i <= std::min(x + reach, answer.confidence.width - 1);
              i += 4) {
-            sum += std::min<int>(answer.confidence.at(i, j), 60);
+            sum += std::min<int>(answer.confidence.at(i, j), TUNE_MEAN_MARGIN_CAP);
             count++;
         }
     }
@@ -264,15 +269,17 @@ int reason_of(const Texture &texture, const Shares &shares, bool coarse, int mar
     around(shares.around, column, row, 2,
            [&](int c, int r) { highest = std::max(highest, shares.around.at(c, r)); });
     const int share = shares.around.at(column, row);
-    const bool suspect = coarse && share < 204 && strong < 3;
-    if (near >= 3) {
-        return highest >= 153 && !suspect ? REASON_VALID : REASON_AMBIGUOUS;
+    const bool suspect = coarse && share < TUNE_SHARE_COARSE && strong < TUNE_STRONG_COARSE;
+    if (near >= TUNE_TEXTURED_NEAR) {
+        return highest >= TUNE_SHARE_REACHED && !suspect ? REASON_VALID : REASON_AMBIGUOUS;
     }
-    const bool on_edge = far >= 7 && texture.sloped.at(column, row) != 0 &&
-                         shares.own.at(column, row) >= 204 && highest >= 245;
-    const bool distinct = margin >= 48 && texture.balanced.at(column, row) != 0 && share >= 217;
-    const bool backed =
-        (far >= 12 && share >= 217) || (far >= 3 && share >= 245) || on_edge || distinct;
+    const bool on_edge = far >= TUNE_TEXTURED_EDGE && texture.sloped.at(column, row) != 0 &&
+                         shares.own.at(column, row) >= TUNE_SHARE_EDGE && highest >= TUNE_SHARE_FEW;
+    const bool distinct = margin >= TUNE_MEAN_MARGIN_CLEAR &&
+                          texture.balanced.at(column, row) != 0 && share >= TUNE_SHARE_FAR;
+    const bool backed = (far >= TUNE_TEXTURED_FAR && share >= TUNE_SHARE_FAR) ||
+                        (far >= TUNE_TEXTURED_FEW && share >= TUNE_SHARE_FEW) || on_edge ||
+                        distinct;
     return backed && !suspect ? REASON_VALID : REASON_NO_TEXTURE;
 }
 
@@ -332,22 +339,25 @@ void join(const Search &search, Answer *answer) {
         for (int x = 0; x < reason.width; x++) {
             const int lane = whole_px(answer->disparity_q8.at(x, y)) - search.disparity_min;
             const bool too_expensive = reason.at(x, y) == REASON_OUT_OF_RANGE && lane >= first &&
-                                       lane <= last && answer->confidence.at(x, y) >= 23;
+                                       lane <= last &&
+                                       answer->confidence.at(x, y) >= TUNE_MARGIN_MIN;
             if (!too_expensive && reason.at(x, y) != REASON_AMBIGUOUS) {
                 continue;
             }
             int count = 0, expensive = 0;
-            for (int j = std::max(y - 2, 0); j <= std::min(y + 2, reason.height - 1); j++) {
-                for (int i = std::max(x - 4, 0); i <= std::min(x + 4, reason.width - 1); i++) {
+            for (int j = std::max(y - TUNE_SUPPORT_ROWS, 0);
+                 j <= std::min(y + TUNE_SUPPORT_ROWS, reason.height - 1); j++) {
+                for (int i = std::max(x - TUNE_SUPPORT_COLUMNS, 0);
+                     i <= std::min(x + TUNE_SUPPORT_COLUMNS, reason.width - 1); i++) {
                     const bool near = std::abs(answer->disparity_q8.at(i, j) -
-                                               answer->disparity_q8.at(x, y)) <= 256;
+                                               answer->disparity_q8.at(x, y)) <= TUNE_SUPPORT_STEP;
                     count += reason.at(i, j) == REASON_VALID && near;
                     expensive += reason.at(i, j) == REASON_OUT_OF_RANGE && near;
                 }
             }
-            const bool is_distinct =
-                too_expensive && count + expensive >= 23 && margin_around(*answer, x, y) >= 48;
-            if (count >= (too_expensive ? 23 : 30) || is_distinct) {
+            const bool is_distinct = too_expensive && count + expensive >= TUNE_SUPPORT_COST &&
+                                     margin_around(*answer, x, y) >= TUNE_MEAN_MARGIN_CLEAR;
+            if (count >= (too_expensive ? TUNE_SUPPORT_COST : TUNE_SUPPORT_RIVAL) || is_distinct) {
                 answer->reason.at(x, y) = REASON_VALID;
             }
         }
@@ -356,8 +366,8 @@ void join(const Search &search, Answer *answer) {
 
 }  // namespace
 
-// Of the 16 pixels before, at least 4 must be called occluded. The 8 pixels before, and all up to
-// the outline, are plain.
+// Some of the 16 pixels before must be called occluded. The pixels before, and all up to the
+// outline, are plain.
 void reject_hidden(const View &left, double noise_q8, Answer *answer) {
     const Grid<int> reason = answer->reason;
     const double noise = std::floor(72 * noise_q8 / 256);
@@ -368,15 +378,16 @@ void reject_hidden(const View &left, double noise_q8, Answer *answer) {
             return std::pow(smooth[at + 4] - smooth[at], 2) / noise;
         };
         const auto plain_end = [&](int x) {
-            int at = std::max(x - 8, 0);
-            while (at < std::min(x + 24, reason.width) && slope_at(at) <= 32) {
+            int at = std::max(x - TUNE_PLAIN_BEFORE_PX, 0);
+            const int far = std::min(x + TUNE_HIDDEN_MAX_PX, reason.width);
+            while (at < far && slope_at(at) <= int{TUNE_PLAIN_SLOPE}) {
                 at++;
             }
             bool is_outline = false;
-            for (int i = at; i < std::min({at + 5, x + 24, reason.width}); i++) {
-                is_outline = is_outline || slope_at(i) > 1000;
+            for (int i = at; i < std::min(at + TUNE_OUTLINE_PX, far); i++) {
+                is_outline = is_outline || slope_at(i) > int{TUNE_OUTLINE_SLOPE};
             }
-            return !is_outline ? x : at - x < 4 ? at : at + 2;
+            return !is_outline ? x : at - x < TUNE_ONSET_RUN_PX ? at : at + TUNE_ONSET_PX;
         };
         int end = 0;
         for (int x = 1; x < reason.width; x++) {
@@ -387,7 +398,7 @@ void reject_hidden(const View &left, double noise_q8, Answer *answer) {
             for (int i = std::max(x - 16, 0); i < x; i++) {
                 occluded += reason.at(i, y) == REASON_OCCLUDED;
             }
-            if (x >= end && occluded >= 4 && reason.at(x - 1, y) != REASON_VALID) {
+            if (x >= end && occluded >= TUNE_HIDDEN_BEFORE && reason.at(x - 1, y) != REASON_VALID) {
                 end = plain_end(x);
             }
             answer->reason.at(x, y) = x < end ? REASON_OCCLUDED : REASON_VALID;

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "match_reference.hpp"
+#include "stereo/match/tuning.h"
 
 namespace reference {
 
@@ -98,7 +99,7 @@ int fine_share(const View &view, int noise) {
         for (int x = valid.begin + 4; x + kBlock + 4 <= valid.end; x += 16) {
             const double far = slopes_over(view, x, y, 4) - of_noise;
             const double near = slopes_over(view, x, y, 1) - of_noise;
-            if (far > 5 * of_noise) {
+            if (far > int{TUNE_COARSE_SIGNAL} * of_noise) {
                 shares.push_back(std::clamp(static_cast<int>(64 * near / far), 0, 64));
             }
         }
@@ -131,18 +132,18 @@ int smoothing_of(const View &left, const View &right) {
     for (const View *view : {&left, &right}) {
         const std::vector<int> roughnesses = roughnesses_of(*view);
         const bool enough = roughnesses.size() >= 8;
-        const int own = enough ? 8 * roughnesses[roughnesses.size() / 50] : 0;
+        const int own = enough ? 8 * roughnesses[roughnesses.size() / TUNE_NOISE_FLOOR_SHARE] : 0;
         noise += own / 2;
         usual += enough ? 4 * roughnesses[roughnesses.size() / 2] : 0;
         fine += fine_share(*view, own);
     }
-    if (noise < 160 || usual > 6 * noise) {
+    if (noise < TUNE_NOISE_WEAK || usual > TUNE_FINE_TEXTURE * noise) {
         return 0;
     }
-    if (noise >= 560) {
-        return 5;
+    if (noise >= TUNE_NOISE_STRONG) {
+        return TUNE_SMOOTHING_STRONG;
     }
-    return fine / 2 > 15 ? 2 : 4;
+    return fine / 2 > TUNE_COARSE_SHARE ? TUNE_SMOOTHING_WEAK : TUNE_SMOOTHING_COARSE;
 }
 
 View smoothed(const View &view, int side) {

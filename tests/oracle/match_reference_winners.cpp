@@ -6,6 +6,7 @@
 
 #include "match_reference.hpp"
 #include "stereo/image/reason.h"
+#include "stereo/match/tuning.h"
 
 namespace reference {
 
@@ -102,12 +103,13 @@ bool is_fit(const Winner &winner, const Search &search, double max_cost) {
     return winner.lane >= first && winner.lane <= last && winner.cost <= max_cost;
 }
 
-// The grey levels between the darkest and the brightest of the 16 pixels from x - 8 on, moved into
-// the span.
+// The grey levels between the darkest and the brightest of the pixels around x, moved into the
+// span.
 int contrast_at(const View &left, int x, int y) {
     const Span span = left.spans[static_cast<size_t>(y)];
-    const int begin = std::max(std::min(x - 8, span.end - 16), span.begin);
-    const int end = std::min(begin + 16, span.end);
+    const int columns = TUNE_CONTRAST_COLUMNS;
+    const int begin = std::max(std::min(x - columns / 2, span.end - columns), span.begin);
+    const int end = std::min(begin + columns, span.end);
     int darkest = 255, brightest = 0;
     for (int column = begin; column < end; column++) {
         darkest = std::min<int>(darkest, left.grey.at(column, y));
@@ -130,10 +132,13 @@ int reason_of(const View &left, const Search &search, const Grid<Winner> &winner
         return REASON_OCCLUDED;
     }
     const int contrast = contrast_at(left, x, y);
-    if (fit && winner.margin >= 39 - std::clamp(contrast, 16, 24)) {
+    const int most = TUNE_CONTRAST_FAINT + TUNE_MARGIN_MIN - TUNE_MARGIN_LEAST;
+    const int margin_min = TUNE_CONTRAST_FAINT + TUNE_MARGIN_MIN -
+                           std::clamp<int>(contrast, TUNE_CONTRAST_FAINT, most);
+    if (fit && winner.margin >= margin_min) {
         return REASON_VALID;
     }
-    if (contrast < 6) {
+    if (contrast < TUNE_CONTRAST_MIN) {
         return REASON_NO_TEXTURE;
     }
     return fit ? REASON_AMBIGUOUS : REASON_OUT_OF_RANGE;
@@ -194,7 +199,7 @@ size_t island_around(const Answer &answer, int x, int y, size_t enough) {
             if (to.x < 0 || to.y < 0 || to.x >= reached.width || to.y >= reached.height ||
                 reached.at(to.x, to.y) != 0 || answer.reason.at(to.x, to.y) != REASON_VALID ||
                 std::abs(answer.disparity_q8.at(to.x, to.y) - answer.disparity_q8.at(at.x, at.y)) >
-                    512) {
+                    TUNE_ISLAND_STEP) {
                 continue;
             }
             reached.at(to.x, to.y) = 1;
@@ -222,14 +227,17 @@ void reject_islands(const Search &search, Answer *answer) {
 Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,
               const Grid<int> &doubtful) {
     const int side = smoothing_of(left, right);
-    const double smoothed_max = side == 5 ? 44 : 39;
-    const double max_cost = side == 0 ? 41 : smoothed_max;
+    const int smoothed_max =
+        side == TUNE_SMOOTHING_STRONG ? TUNE_COST_MAX_STRONG : TUNE_COST_MAX_SMOOTHED;
+    const int max_cost = side == 0 ? int{TUNE_COST_MAX} : smoothed_max;
     const int width = sums.totals.width;
     const int height = sums.totals.height;
     Grid<Winner> winners = winners_of(left, right, search, sums);
     for (size_t i = 0; i < winners.cells.size(); i++) {
         Winner &winner = winners.cells[i];
-        winner.margin = doubtful.cells[i] != 0 ? std::min(winner.margin, 14.0) : winner.margin;
+        winner.margin = doubtful.cells[i] != 0
+                            ? std::min(winner.margin, int{TUNE_MARGIN_LEAST} - 1.0)
+                            : winner.margin;
     }
     Answer answer = {{width, height}, {width, height}, {width, height}};
     for (int y = 0; y < height; y++) {
@@ -242,7 +250,7 @@ Answer decide(const View &left, const View &right, const Search &search, const S
     }
     answer.disparity_q8 = smoothed(answer.disparity_q8);
     if (!search.keep_all) {
-        check_neighbourhood(left, right, search, side == 4, &answer);
+        check_neighbourhood(left, right, search, side == TUNE_SMOOTHING_COARSE, &answer);
         reject_islands(search, &answer);
     }
     return answer;

@@ -23,8 +23,8 @@
 #include "stereo/geometry/triangulate.h"
 #include "stereo/image/debayer.h"
 #include "stereo/image/reason.h"
-#include "stereo/match/kernels.h"
 #include "stereo/match/checks.h"
+#include "stereo/match/kernels.h"
 #include "stereo/mesh.h"
 
 static uint32_t digest_math(void) {

@@ -68,11 +68,11 @@ TRUSTED = ["admit copied"] * 4
 # Mistakes: file, text, its replacement, the function whose proof must fail.
 MUTANTS = [
     ("vector_plain.h", "here.lane[i + 1];\n    }", "here.lane[i + 2];\n    }", "vector_down"),
-    ("vector_plain.h", "MATCH_CENSUS_WEIGHT * differing", "11 * differing", "vector_cost"),
+    ("vector_plain.h", "TUNE_CENSUS_WEIGHT * differing", "11 * differing", "vector_cost"),
     ("vector_plain.h", "twos - ((twos >> 1) & 0x55)", "twos - ((twos >> 1) & 0x54)",
      "count_bits"),
     ("aggregation.h", "i < 7; i++", "i < 8; i++", "match_share_between"),
-    ("aggregation.h", "65520 - 585 * capped", "65520 - 586 * capped", "match_weight"),
+    ("aggregation.h", "TUNE_EDGE_STEP - capped)", "TUNE_EDGE_STEP + 1 - capped)", "match_weight"),
     ("lanes.h", "k + 1 < lanes / MATCH_LANES ?", "k + 1 <= lanes / MATCH_LANES ?",
      "lower_neighbour"),
     ("lanes.h", "(ptrdiff_t)(c + member) * lanes", "(ptrdiff_t)(c + member + 1) * lanes",

@@ -2,7 +2,7 @@
 // Text that each set of kernels compiles. Aggregation: recursive averages of the costs that stop at
 // edges of the left image and follow the slope of the surface, along the row and along the columns.
 // Rows needed: along the row its own costs; down, all rows above by the average of the row above;
-// up, those below in the band and MATCH_AHEAD_ROWS more.
+// up, those below in the band and TUNE_AHEAD_ROWS more.
 #ifndef VERGENCE_STEREO_MATCH_AGGREGATION_H
 #define VERGENCE_STEREO_MATCH_AGGREGATION_H
 
@@ -49,18 +49,19 @@ static inline match_share match_share_swapped(match_share share) {
 // Weight of a neighbour across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8, which is
 // close to 0.9 exp(-step / 14).
 static inline uint16_t match_weight(uint8_t step) {
-    const uint16_t capped = step < 112 ? step : 112;
-    const uint16_t base = (uint16_t)(65520 - 585 * capped);
+    enum { STEP_UNIT = UINT16_MAX / TUNE_EDGE_STEP };
+    const uint16_t capped = step < TUNE_EDGE_STEP ? step : TUNE_EDGE_STEP;
+    const uint16_t base = (uint16_t)(STEP_UNIT * (TUNE_EDGE_STEP - capped));
     const uint16_t square = (uint16_t)((uint32_t)base * base >> 16);
     const uint16_t fourth = (uint16_t)((uint32_t)square * square >> 16);
     const uint16_t eighth = (uint16_t)((uint32_t)fourth * fourth >> 16);
-    return (uint16_t)((uint32_t)eighth * 58982 >> 16);
+    return (uint16_t)((uint32_t)eighth * TUNE_EDGE_WEIGHT >> 16);
 }
 
 // Weight of the average from above across an edge of `weight`. It reaches further than the rows of
 // look-ahead below, and would lag behind a slanted surface: a sixteenth less.
 static inline uint16_t match_weight_down(uint16_t weight) {
-    return (uint16_t)(weight - weight / 16);
+    return (uint16_t)(weight - weight / TUNE_DOWN_LESS);
 }
 
 // A neighbour's mass as it arrives across an edge of `weight`.
@@ -155,7 +156,7 @@ MATCH_INLINE void average_forward(const struct cost_view *of, const struct match
         load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
                    lanes);
     }
-    const struct vector price = vector_all(MATCH_LEAN_ALONG);
+    const struct vector price = vector_all(TUNE_LEAN_ALONG);
     ptrdiff_t cell = tile->offset + (ptrdiff_t)first * lanes;
     for (int x = x_begin + first; x < x_begin + columns; x++, cell += lanes) {
         const int rise = sheared ? match_rise(tile->slope_along, x) : 0;
@@ -196,7 +197,7 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
         load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
                    lanes);
     }
-    const struct vector price = vector_all(MATCH_LEAN_ALONG);
+    const struct vector price = vector_all(TUNE_LEAN_ALONG);
     ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
     for (int x = x_begin + columns - 1; x >= x_begin; x--) {
         const int rise = sheared ? -match_rise(tile->slope_along, x + 1) : 0;
@@ -285,7 +286,7 @@ static inline uint8_t *ring_cells(const struct column_view *view, const struct m
 MATCH_INLINE void blend_leaning(const struct lanes *a, const struct lanes *b,
                                 struct vector_shares shares, struct lanes *result,
                                 const int lanes) {
-    const struct vector price = vector_all(MATCH_LEAN_DOWN);
+    const struct vector price = vector_all(TUNE_LEAN_DOWN);
     struct vector before = vector_all(UINT8_MAX);
     for (int k = 0; k < lanes / MATCH_LANES; k++) {
         const struct vector here = a->part[k];

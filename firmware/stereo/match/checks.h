@@ -15,11 +15,7 @@
 extern "C" {
 #endif
 
-enum {
-    DISPARITY_ONE = 256,
-    TEXTURE_RADIUS = 8,  // along the row
-    TEXTURE_MIN = 6,     // grey levels between the darkest and the brightest pixel
-};
+enum { DISPARITY_ONE = 256 };  // disparities are in 1/256 px
 
 /// Whether a range of disparities can be searched, with the extra disparities at its ends, for any
 /// numbers of the caller.
@@ -63,9 +59,6 @@ static inline struct match_believed match_believed_of(const struct match_options
 void match_join(const struct match_options *options, const struct parallel *parallel,
                 struct match_output *output);
 
-/// Where winners are this far ahead of their rivals on the mean, texture or cost matter less.
-enum { MATCH_DISTINCT_MARGIN = 48 };
-
 /// Mean margin of the winners around a pixel.
 int match_margin_around(const struct match_output *output, int x, int y);
 
@@ -88,25 +81,15 @@ int match_evidence_run(const struct match_input *input, int smoothing,
                        const struct parallel *parallel, struct arena *arena,
                        struct match_output *output);
 
-/// Largest step between neighbours of one island, in 1/256 px of disparity: of a surface that gains
-/// one and a half a row, with noise.
-enum { SPECKLE_FILTER_ISLAND_STEP_Q8 = 512 };
-
 /// Working memory of `speckle_filter_run_all` in bytes for an image of that width.
 size_t speckle_filter_need_bytes(int width, int speckle_px, int threads);
 
 /// Marks every valid pixel of an island (4-connected, neighbours within
-/// SPECKLE_FILTER_ISLAND_STEP_Q8) of fewer than `speckle_px` pixels with REASON_SPECKLE. Each pixel
+/// TUNE_ISLAND_STEP) of fewer than `speckle_px` pixels with REASON_SPECKLE. Each pixel
 /// is visited a constant number of times. Rows are distributed over threads; the result does not
 /// depend on that. ERROR_MEMORY; nothing is changed then.
 int speckle_filter_run_all(int speckle_px, const struct parallel *parallel, struct arena *arena,
                            struct match_output *output);
-
-enum {
-    MATCH_WEAK_SMOOTHING = 2,
-    MATCH_COARSE_SMOOTHING = 4,  // weak noise, and no detail that is lost
-    MATCH_STRONG_SMOOTHING = 5,
-};
 
 /// The nearest whole disparity.
 static inline int match_whole_disparity(int32_t disparity_q8) {

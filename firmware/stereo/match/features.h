@@ -11,71 +11,9 @@
 #include "core/invariant.h"
 #include "stereo/match/lanes.h"
 #include "stereo/match/state.h"
+#include "stereo/match/tuning.h"
 
-/// What an image is compared in. The first three are those of an image in colour, in their order.
-enum channel { RED, GREEN, BLUE, GREY, CHANNELS };
-
-/// A bit of the census: whether a pixel of the 5x5 window is brighter than another one in a
-/// channel. In a pair without colour all channels are grey.
-struct comparison {
-    uint8_t channel;  // enum channel
-    uint8_t row, column, other_row, other_column;
-};
-
-// Bit i % 8 of plane i / 8 is comparison i: of the finest level, of that level where smoothing is
-// more than weak, and of the other levels.
-// clang-format off
-static const struct comparison finest_census[MATCH_CENSUS_BITS] = {
-    // Neighbours with the centre; those above and below count twice.
-    {GREY, 2, 1, 2, 2}, {GREY, 2, 3, 2, 2},
-    {GREY, 1, 2, 2, 2}, {GREY, 3, 2, 2, 2},
-    {GREY, 1, 2, 2, 2}, {GREY, 3, 2, 2, 2},
-    {GREY, 1, 1, 2, 2}, {GREY, 1, 3, 2, 2},
-    {GREY, 3, 1, 2, 2}, {GREY, 3, 3, 2, 2},
-    // Opposite pixels.
-    {GREY, 1, 1, 3, 3}, {GREY, 1, 3, 3, 1},
-    {GREY, 1, 2, 3, 2}, {GREY, 2, 0, 2, 4},
-    {GREY, 0, 1, 4, 1}, {GREY, 0, 3, 4, 3},
-    // In red and blue; one counts twice.
-    {RED, 1, 2, 2, 2}, {RED, 3, 2, 2, 2},
-    {RED, 1, 2, 3, 2}, {RED, 1, 2, 3, 2},
-    {RED, 2, 0, 2, 4},
-    {BLUE, 2, 1, 2, 2}, {BLUE, 2, 3, 2, 2},
-    {BLUE, 2, 1, 2, 3},
-};
-
-// Of noisy pairs. Pixels farther apart: less detail, but more contrast.
-static const struct comparison smoothed_census[MATCH_CENSUS_BITS] = {
-    // Neighbours with the centre; those above and below count twice.
-    {GREY, 2, 1, 2, 2}, {GREY, 2, 3, 2, 2},
-    {GREY, 1, 2, 2, 2}, {GREY, 3, 2, 2, 2},
-    {GREY, 1, 2, 2, 2}, {GREY, 3, 2, 2, 2},
-    {GREY, 1, 1, 2, 2}, {GREY, 1, 3, 2, 2},
-    {GREY, 3, 1, 2, 2}, {GREY, 3, 3, 2, 2},
-    // Opposite pixels.
-    {GREY, 1, 1, 3, 3}, {GREY, 1, 3, 3, 1},
-    {GREY, 1, 0, 3, 4}, {GREY, 1, 4, 3, 0},
-    {GREY, 0, 0, 4, 4}, {GREY, 0, 4, 4, 0},
-    {RED, 2, 1, 2, 2}, {RED, 2, 3, 2, 2},
-    {RED, 1, 2, 2, 2}, {RED, 3, 2, 2, 2},
-    {RED, 2, 0, 2, 4}, {RED, 0, 2, 4, 2},
-    {BLUE, 2, 1, 2, 3}, {BLUE, 1, 2, 3, 2},
-};
-
-// All neighbours with the centre.
-static const struct comparison coarser_census[MATCH_CENSUS_BITS] = {
-    {GREY, 0, 0, 2, 2}, {GREY, 0, 1, 2, 2}, {GREY, 0, 2, 2, 2},
-    {GREY, 0, 3, 2, 2}, {GREY, 0, 4, 2, 2}, {GREY, 1, 0, 2, 2},
-    {GREY, 1, 1, 2, 2}, {GREY, 1, 2, 2, 2}, {GREY, 1, 3, 2, 2},
-    {GREY, 1, 4, 2, 2}, {GREY, 2, 0, 2, 2}, {GREY, 2, 1, 2, 2},
-    {GREY, 2, 3, 2, 2}, {GREY, 2, 4, 2, 2}, {GREY, 3, 0, 2, 2},
-    {GREY, 3, 1, 2, 2}, {GREY, 3, 2, 2, 2}, {GREY, 3, 3, 2, 2},
-    {GREY, 3, 4, 2, 2}, {GREY, 4, 0, 2, 2}, {GREY, 4, 1, 2, 2},
-    {GREY, 4, 2, 2, 2}, {GREY, 4, 3, 2, 2}, {GREY, 4, 4, 2, 2},
-};
-// clang-format on
-
-// Means of rectangles of 2^shift_x columns and 2^shift_y rows, into `width` pixels, from pixels
+/// Means of rectangles of 2^shift_x columns and 2^shift_y rows, into `width` pixels, from pixels
 // that are `pitch` bytes apart. `box` has room for a full row.
 MATCH_INLINE void scale_row(const struct image_u8 *image, int y, int shift_x, int shift_y,
                             int width, uint16_t *restrict box, uint8_t *restrict pixels,
@@ -220,7 +158,7 @@ static void source_rows(const struct match_level *level, const struct image_sour
 static void channel_rows(const struct match_level *level, const struct image_view *view,
                          int channel, int y_begin, int rows, struct match_scratch *scratch) {
     struct image_source source = {*view->grey, view->spans, false};
-    if (channel != GREY) {
+    if (channel != MATCH_GREY) {
         const struct image_rgb8 *colour = view->colour;
         source.image = (struct image_u8){colour->data + channel, colour->width, colour->height,
                                          colour->stride};
@@ -232,7 +170,7 @@ static void channel_rows(const struct match_level *level, const struct image_vie
 
 // Eight comparisons, one bit each, into the bits of `mask`. `pitch`: between the bytes of one
 // column of the window and those of the next.
-static void census_plane(uint8_t *const window[], int pitch, const struct comparison of[8],
+static void census_plane(uint8_t *const window[], int pitch, const struct match_comparison of[8],
                          uint8_t mask, int width, uint8_t *restrict plane) {
     const uint8_t *pixel[8], *other[8];
     for (int i = 0; i < 8; i++) {
@@ -265,11 +203,12 @@ static void gradient_row(uint8_t *const window[], int pitch, int width,
     }
 }
 
-static const struct comparison *census_of(const struct match_level *level) {
+static const struct match_comparison *census_of(const struct match_level *level) {
     if (!match_is_finest(level)) {
-        return coarser_census;
+        return match_coarser_census;
     }
-    return level->state->smoothing > MATCH_WEAK_SMOOTHING ? smoothed_census : finest_census;
+    return level->state->smoothing > TUNE_SMOOTHING_WEAK ? match_smoothed_census
+                                                         : match_finest_census;
 }
 
 // The bits of a plane that compare a channel.
@@ -277,7 +216,7 @@ static uint8_t compared_bits(const struct match_level *level, int plane, int cha
     int bits = 0;
     for (int i = 0; i < 8; i++) {
         const int own = census_of(level)[8 * plane + i].channel;
-        const int compared = level->state->compares_colour ? own : GREY;
+        const int compared = level->state->compares_colour ? own : MATCH_GREY;
         bits |= compared == channel ? 1 << i : 0;
     }
     return (uint8_t)bits;
@@ -303,7 +242,7 @@ static void compare_window(const struct match_level *level, uint8_t *const windo
                          features->census[plane] + x_begin);
         }
     }
-    if (channel == GREY) {
+    if (channel == MATCH_GREY) {
         gradient_row(window, pitch, width, features->gradient + x_begin);
     }
 }
@@ -317,7 +256,7 @@ static int support_q8(const struct match_tile *tile, int i, int j) {
     enum { POSITIVE = 16 * DISPARITY_ONE };  // rounds down, as shifts do
     // Where the surface turns away from the right camera fewer columns of it show more of the left.
     const int narrowed = MATCH_SLOPE_ONE - tile->slope_along;
-    const int scale = narrowed > MATCH_SLOPE_ONE / 2 ? narrowed : MATCH_SLOPE_ONE / 2;
+    const int scale = narrowed > TUNE_SUPPORT_NARROWED ? narrowed : TUNE_SUPPORT_NARROWED;
     const int right = i * MATCH_SLOPE_ONE + j * tile->slope_down;
     return (right * DISPARITY_ONE + scale / 2 + POSITIVE * scale) / scale - POSITIVE;
 }
@@ -384,7 +323,7 @@ static void reverse_feature(const struct match_level *level, const uint8_t *rest
 // The largest step of three channels is about 8/5 of that of grey.
 static void as_grey_steps(uint8_t *restrict step, int width) {
     for (int x = 0; x < width; x++) {
-        step[x] = (uint8_t)((5 * step[x] + 4) / 8);
+        step[x] = (uint8_t)((TUNE_COLOUR_STEP * step[x] + 4) / 8);
     }
 }
 
@@ -421,9 +360,9 @@ static bool has_coloured_steps(const struct match_level *level) {
 static void view_features(const struct match_level *level, const struct image_view *view,
                           const struct match_tile *tiles, struct match_scratch *scratch,
                           int y_begin, int rows) {
-    for (int channel = 0; channel < CHANNELS; channel++) {
-        const bool steps = tiles != NULL && has_coloured_steps(level) == (channel != GREY);
-        if (!steps && channel != GREY && !is_compared(level, channel)) {
+    for (int channel = 0; channel < MATCH_CHANNELS; channel++) {
+        const bool steps = tiles != NULL && has_coloured_steps(level) == (channel != MATCH_GREY);
+        if (!steps && channel != MATCH_GREY && !is_compared(level, channel)) {
             continue;
         }
         channel_rows(level, view, channel, y_begin, rows, scratch);

@@ -130,7 +130,7 @@ static inline struct vector vector_cost(const struct vector left[MATCH_CENSUS_PL
     const __m256i step = _mm256_or_si256(_mm256_subs_epu8(left[3].both, right[3].both),
                                          _mm256_subs_epu8(right[3].both, left[3].both));
     return (struct vector){
-        _mm256_add_epi8(bits, _mm256_min_epu8(step, _mm256_set1_epi8(MATCH_GRADIENT_TRUNCATION)))};
+        _mm256_add_epi8(bits, _mm256_min_epu8(step, _mm256_set1_epi8(TUNE_GRADIENT_MAX)))};
 }
 
 // The steps use the vectors defined above.

@@ -123,8 +123,8 @@ static inline struct vector vector_cost(const struct vector left[MATCH_CENSUS_PL
     }
     const uint8x16_t step =
         vabdq_u8(left[MATCH_CENSUS_PLANES].lanes, right[MATCH_CENSUS_PLANES].lanes);
-    return (struct vector){vmlaq_u8(vminq_u8(step, vdupq_n_u8(MATCH_GRADIENT_TRUNCATION)),
-                                    differing, vdupq_n_u8(MATCH_CENSUS_WEIGHT))};
+    return (struct vector){vmlaq_u8(vminq_u8(step, vdupq_n_u8(TUNE_GRADIENT_MAX)), differing,
+                                    vdupq_n_u8(TUNE_CENSUS_WEIGHT))};
 }
 
 // The steps use the vectors defined above.

@@ -98,10 +98,10 @@ static inline uint32_t vector_equal(struct vector a, struct vector b) {
 // The table holds the weighted counts of a nibble.
 static inline __m128i weighted_bits(__m128i value) {
     enum {
-        ONE = MATCH_CENSUS_WEIGHT,
-        TWO = 2 * MATCH_CENSUS_WEIGHT,
-        THREE = 3 * MATCH_CENSUS_WEIGHT,
-        FOUR = 4 * MATCH_CENSUS_WEIGHT,
+        ONE = TUNE_CENSUS_WEIGHT,
+        TWO = 2 * TUNE_CENSUS_WEIGHT,
+        THREE = 3 * TUNE_CENSUS_WEIGHT,
+        FOUR = 4 * TUNE_CENSUS_WEIGHT,
     };
     const __m128i table = _mm_setr_epi8(0, ONE, ONE, TWO, ONE, TWO, TWO, THREE, ONE, TWO, TWO,
                                         THREE, TWO, THREE, THREE, FOUR);
@@ -123,7 +123,7 @@ static inline struct vector vector_cost(const struct vector left[MATCH_CENSUS_PL
     const __m128i step = _mm_or_si128(_mm_subs_epu8(left[3].lanes, right[3].lanes),
                                       _mm_subs_epu8(right[3].lanes, left[3].lanes));
     return (struct vector){
-        _mm_add_epi8(bits, _mm_min_epu8(step, _mm_set1_epi8(MATCH_GRADIENT_TRUNCATION)))};
+        _mm_add_epi8(bits, _mm_min_epu8(step, _mm_set1_epi8(TUNE_GRADIENT_MAX)))};
 }
 
 // The steps use the vectors defined above.

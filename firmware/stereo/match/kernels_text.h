@@ -104,7 +104,7 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
 MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t *down,
                           uint8_t *cost, uint8_t *previous, uint8_t *path_cost, const bool sheared,
                           const int lanes) {
-    const struct vector small = vector_all(MATCH_P1);
+    const struct vector small = vector_all(TUNE_P1);
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
         uint8_t *down_at[VECTOR_MEMBERS];
         uint8_t *cost_at[VECTOR_MEMBERS];

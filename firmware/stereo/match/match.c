@@ -9,47 +9,16 @@
 #include "stereo/match/kernels.h"
 #include "stereo/match/state.h"
 
-// Values chosen as described in match.md, in the order of enum match_preset.
-static const struct match_method methods[MATCH_PRESET_COUNT] = {
-    {.name = "fast",
-     .coarse_disparities = 16,
-     .halvings = 2,
-     .halved_rows = 1,
-     .lanes = 48,
-     .around_columns = 3,
-     .around_rows = 2,
-     .margin = 6},
-    {.name = "standard",
-     .coarse_disparities = 16,
-     .halvings = 2,
-     .lanes = 48,
-     .around_columns = 3,
-     .around_rows = 2,
-     .margin = 6},
-    {.name = "best",
-     .coarse_disparities = 16,
-     .halvings = 2,
-     .around_columns = 3,
-     .around_rows = 2,
-     .margin = 6,
-     .whole_range = true},
-    {.name = "board",
-     .coarse_disparities = 16,
-     .halvings = 1,
-     .lanes = 32,
-     .around_columns = 4,
-     .around_rows = 2,
-     .margin = 3},
-    {.name = "paper"},
-};
+_Static_assert(sizeof match_methods / sizeof *match_methods == MATCH_PRESET_COUNT,
+               "one for each preset");
 
 const char *match_preset_name(enum match_preset preset) {
-    return (unsigned)preset < MATCH_PRESET_COUNT ? methods[preset].name : NULL;
+    return (unsigned)preset < MATCH_PRESET_COUNT ? match_methods[preset].name : NULL;
 }
 
 enum match_preset match_preset_named(const char *name) {
     unsigned preset = 0;
-    while (preset < MATCH_PRESET_COUNT && strcmp(methods[preset].name, name) != 0) {
+    while (preset < MATCH_PRESET_COUNT && strcmp(match_methods[preset].name, name) != 0) {
         preset++;
     }
     return (enum match_preset)preset;
@@ -59,7 +28,7 @@ struct match_options match_default_options(int disparity_min, int disparity_coun
     return (struct match_options){.disparity_min = disparity_min,
                                   .disparity_count = disparity_count,
                                   .preset = MATCH_PRESET_STANDARD,
-                                  .speckle_px = 60};
+                                  .speckle_px = TUNE_ISLAND_PX};
 }
 
 // No sum here can overflow.
@@ -79,7 +48,7 @@ static void set_state(struct match_state *state, int width, int height,
     if (options->kernels == NULL) {
         state->options.kernels = match_kernels_best();
     }
-    state->method = &methods[options->preset];
+    state->method = &match_methods[options->preset];
     state->threads = threads < 1 ? 1 : (threads > MATCH_MAX_THREADS ? MATCH_MAX_THREADS : threads);
     match_set_levels(state, width, height);
 }

@@ -6,6 +6,7 @@
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/checks.h"
+#include "stereo/match/tuning.h"
 
 enum {
     BLOCK = 8,  // pixels, both ways
@@ -13,27 +14,15 @@ enum {
     MIN_BLOCKS = 8,
     BINS = 1024,
     BIN = 8,
-    // The lowest fiftieth of the blocks shows noise alone. Normal noise of sigma grey levels has a
-    // mean |second derivative| of 4.8 sigma, and that fiftieth ends 24 % below: at 233 sigma a
-    // block.
-    FLOOR_SHARE = 50,
+    PAIR_BIN = 16,
+    // Normal noise of sigma grey levels has a mean |second derivative| of 4.8 sigma, and the lowest
+    // fiftieth of the blocks ends 24 % below: at 233 sigma a block.
     FLOOR_OF_SIGMA = 233,
-    WEAK_MIN = 160,    // noise of 0.7 grey levels
-    STRONG_MIN = 560,  // 2.4 grey levels
-    // Where half of the blocks have more than this many times the noise, fine texture is lost by
-    // smoothing.
-    FINE_TEXTURE = 6,
-    // Slopes over 2 and over 8 pixels of the row. Where half of the blocks that have any have less
-    // than this share of their squares in the shorter ones, more smoothing loses no detail: out of
-    // focus, or enlarged by the lens.
+    // Slopes over 2 and over 8 pixels of the row. Where the shorter ones have a small share of the
+    // squares, more smoothing loses no detail: out of focus, or enlarged by the lens.
     NEAR = 1,
     FAR = 4,
-    SHARES = 64,  // in all
-    COARSE_SHARE_MAX = 15,
-    FAR_MIN = 5,  // times the noise: less shows no detail
-    // Of pairs that were matched.
-    PAIR_SHARE = 10,  // the estimate is the highest of the lowest 1/10 of the blocks
-    PAIR_BIN = 16,
+    SHARES = 64,           // in all
     QUANTIZATION_Q8 = 21,  // of whole grey levels
 };
 
@@ -161,7 +150,7 @@ static struct roughnesses roughnesses_of(const struct image_u8 *image,
     if (blocks < MIN_BLOCKS) {
         return (struct roughnesses){0, 0};
     }
-    return (struct roughnesses){BIN * bin_above(count, blocks / FLOOR_SHARE),
+    return (struct roughnesses){BIN * bin_above(count, blocks / TUNE_NOISE_FLOOR_SHARE),
                                 BIN * bin_above(count, blocks / 2)};
 }
 
@@ -181,7 +170,7 @@ static int slopes_over(const struct image_u8 *image, int x, int y, int reach) {
 // The share of the slopes over 8 pixels that is in those over 2, without noise, of half of the
 // blocks; all if there are too few.
 static int fine_share(const struct image_u8 *image, const struct rectify_span *spans, int noise) {
-    INVARIANT(noise < 2 * STRONG_MIN);
+    INVARIANT(noise < 2 * TUNE_NOISE_STRONG);
     const int of_noise = 2 * BLOCK * BLOCK * noise * noise / (FLOOR_OF_SIGMA * FLOOR_OF_SIGMA);
     uint32_t count[BINS] = {0};
     uint32_t blocks = 0;
@@ -189,7 +178,7 @@ static int fine_share(const struct image_u8 *image, const struct rectify_span *s
         const struct rectify_span span = common_span(image, spans, y);
         for (int x = span.begin + FAR; x + BLOCK + FAR <= span.end; x += STEP) {
             const int far = slopes_over(image, x, y, FAR) - of_noise;
-            if (far > FAR_MIN * of_noise) {
+            if (far > TUNE_COARSE_SIGNAL * of_noise) {
                 const int near = slopes_over(image, x, y, NEAR) - of_noise;
                 const int share = near > 0 ? (int)((int64_t)SHARES * near / far) : 0;
                 count[share < SHARES ? share : SHARES]++;
@@ -205,16 +194,16 @@ int match_smoothing(const struct match_input *input) {
     const struct roughnesses right = roughnesses_of(&input->right, input->right_span);
     const int noise = (left.noise + right.noise) / 2;
     const int usual = (left.usual + right.usual) / 2;
-    if (noise < WEAK_MIN || usual > FINE_TEXTURE * noise) {
+    if (noise < TUNE_NOISE_WEAK || usual > TUNE_FINE_TEXTURE * noise) {
         return 0;
     }
-    if (noise >= STRONG_MIN) {
-        return MATCH_STRONG_SMOOTHING;
+    if (noise >= TUNE_NOISE_STRONG) {
+        return TUNE_SMOOTHING_STRONG;
     }
     const int share = (fine_share(&input->left, input->left_span, left.noise) +
                        fine_share(&input->right, input->right_span, right.noise)) /
                       2;
-    return share > COARSE_SHARE_MAX ? MATCH_WEAK_SMOOTHING : MATCH_COARSE_SMOOTHING;
+    return share > TUNE_COARSE_SHARE ? TUNE_SMOOTHING_WEAK : TUNE_SMOOTHING_COARSE;
 }
 
 // Second derivatives of the difference of a block of the left image and the same block, `disparity`
@@ -256,7 +245,8 @@ uint32_t match_noise_q8(const struct match_input *input, const struct match_outp
     }
     // For two images' normal noise of sigma the mean of |second derivative| is 6.77 sigma, and the
     // lowest tenth of the blocks ends 15 % below.
-    const uint32_t sum = (uint32_t)bin_above(count, blocks / PAIR_SHARE) * PAIR_BIN + PAIR_BIN / 2;
+    const uint32_t sum =
+        (uint32_t)bin_above(count, blocks / TUNE_PAIR_NOISE_SHARE) * PAIR_BIN + PAIR_BIN / 2;
     const uint32_t variance_q8 = (uint32_t)((uint64_t)sum * sum / 530);
     return variance_q8 > QUANTIZATION_Q8 ? variance_q8 : QUANTIZATION_Q8;
 }

@@ -37,29 +37,21 @@
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/checks.h"
+#include "stereo/match/tuning.h"
 
-// Changing one of these numbers by a quarter changes the mean error on eight recorded pairs (7.7 %)
-// by at most 1.1 points (fewer jumps: JUMP_MAX_PX, LOST); most of them by less than 0.3.
 enum {
     SAMPLES = 6,  // comparisons per row of a signature: 2 on each side, 1 above, 1 below
     SAMPLE_REACH_PX = 2,
     SIGNATURE_REACH_ROWS = 2,  // a signature joins the samples from 2 rows above to 2 below
     SIGNATURE_BITS = SAMPLES * (2 * SIGNATURE_REACH_ROWS + 1),
     CHANCE = SIGNATURE_BITS / 2,
-    // Threshold of the mean dissimilarity: 98 % of the correct matches on nine recorded pairs are
-    // below it, 86 % of the matches between unrelated images above.
-    MISFIT = 10,
     WALKS = 3,
-    AHEAD_PX = 8,  // the following are sums over this many pixels
-    PENALTY_SLANT = 1 * AHEAD_PX,
-    PENALTY_OTHER_PATH = 1 * AHEAD_PX,
-    PENALTY_JUMP = 4 * AHEAD_PX,
-    ON_SURFACE = 6 * AHEAD_PX,  // threshold for trying a slant
-    LOST = MISFIT * AHEAD_PX,   // threshold for trying a jump
-    JUMP_MAX_PX = 32,
-    AGREE_PX = 1,
-    AROUND_PX = 4,   // validation sums over 2 * AROUND_PX + 1 pixels of the path
-    MARGIN_MIN = 1,  // mean rise of the dissimilarity two disparities away from a match
+    // Sums over the pixels ahead.
+    PENALTY_SLANT = TUNE_PAPER_SLANT * TUNE_PAPER_AHEAD_PX,
+    PENALTY_OTHER_PATH = TUNE_PAPER_OTHER_PATH * TUNE_PAPER_AHEAD_PX,
+    PENALTY_JUMP = TUNE_PAPER_JUMP * TUNE_PAPER_AHEAD_PX,
+    ON_SURFACE = TUNE_PAPER_ON_SURFACE * TUNE_PAPER_AHEAD_PX,  // threshold for trying a slant
+    LOST = TUNE_PAPER_MISFIT * TUNE_PAPER_AHEAD_PX,            // threshold for trying a jump
 };
 
 enum {
@@ -71,10 +63,13 @@ enum {
     PROGRESS_ROWS = 8,
     // Upper bound of evaluations per pixel: the moves and the sum ahead of each walk, repair,
     // validation.
-    EVALUATIONS_MAX = WALKS * (AHEAD_PX * (1 + 1 + 2 + 2 * (JUMP_MAX_PX - 1)) + 2) + 2 + OFFSETS,
+    EVALUATIONS_MAX =
+        WALKS * (TUNE_PAPER_AHEAD_PX * (1 + 1 + 2 + 2 * (TUNE_PAPER_JUMP_MAX_PX - 1)) + 2) + 2 +
+        OFFSETS,
 };
 _Static_assert(EVALUATIONS_MAX <= (int)MATCH_PAPER_EVALUATIONS_MAX, "as documented in the header");
-_Static_assert(SIGNATURE_BITS *(2 * AROUND_PX + 1) < 1 << FIELD_BITS, "sums fit their fields");
+_Static_assert(SIGNATURE_BITS *(2 * TUNE_PAPER_AROUND_PX + 1) < 1 << FIELD_BITS,
+               "sums fit their fields");
 
 // Position of a walk: a column of the left row and one of the right.
 struct spot {
@@ -198,7 +193,8 @@ static inline int dissimilarity(struct paper *paper, struct spot spot) {
 }
 
 static inline bool room_ahead(const struct paper *paper, struct spot spot, int direction) {
-    return inside(paper, spot) && inside(paper, further(spot, (AHEAD_PX - 1) * direction));
+    return inside(paper, spot) &&
+           inside(paper, further(spot, (TUNE_PAPER_AHEAD_PX - 1) * direction));
 }
 
 // Sum of the dissimilarities ahead of a position with room; TOO_EXPENSIVE if it exceeds `limit`, or
@@ -207,14 +203,14 @@ static inline int score_ahead(struct paper *paper, struct spot spot, int directi
     // Two pixels at a time; backwards a pair begins at its second pixel.
     const int back = direction < 0 ? 1 : 0;
     int score = 0;
-    for (int i = 0; i < AHEAD_PX; i += 2) {
+    for (int i = 0; i < TUNE_PAPER_AHEAD_PX; i += 2) {
         uint64_t left;
         uint64_t right;
         memcpy(&left, paper->left_signature + spot.left - back + i * direction, sizeof left);
         memcpy(&right, paper->right_signature + spot.right - back + i * direction, sizeof right);
         score += count_bits(left ^ right);
         paper->evaluations += 2;
-        if (score > limit || (i + 2 == AHEAD_PX / 4 && 2 * score > limit)) {
+        if (score > limit || (i + 2 == TUNE_PAPER_AHEAD_PX / 4 && 2 * score > limit)) {
             return TOO_EXPENSIVE;
         }
     }
@@ -254,7 +250,7 @@ static struct move choose(struct paper *paper, struct spot spot, int direction, 
         try_move(paper, spot, direction, -1, PENALTY_SLANT, &best);
     }
     if (score > LOST) {
-        for (int jump = 2; jump <= JUMP_MAX_PX; jump++) {
+        for (int jump = 2; jump <= TUNE_PAPER_JUMP_MAX_PX; jump++) {
             try_move(paper, spot, direction, jump, PENALTY_JUMP, &best);
             try_move(paper, spot, direction, -jump, PENALTY_JUMP, &best);
         }
@@ -297,8 +293,8 @@ static void walk(struct paper *paper, int index) {
             // One pixel leaves the sum, one enters. Without room the walk goes straight on to the
             // end.
             score = move.score - dissimilarity(paper, spot) +
-                    dissimilarity(paper, further(spot, AHEAD_PX * direction));
-            INVARIANT(score >= 0 && score <= AHEAD_PX * SIGNATURE_BITS);
+                    dissimilarity(paper, further(spot, TUNE_PAPER_AHEAD_PX * direction));
+            INVARIANT(score >= 0 && score <= TUNE_PAPER_AHEAD_PX * SIGNATURE_BITS);
         }
         spot = further(spot, direction);
     }
@@ -333,7 +329,7 @@ static void repair(struct paper *paper, int begin, int end) {
     INVARIANT(begin < end && column[begin - 1].kept && column[end].kept);
     const int left = column[begin - 1].disparity;
     const int right = column[end].disparity;
-    const int nearer = right - left > AGREE_PX ? right - left : 0;
+    const int nearer = right - left > TUNE_PAPER_AGREE_PX ? right - left : 0;
     const int hidden = nearer < end - begin ? nearer : end - begin;
     const int edge = best_edge(paper, begin, end, left, right, hidden);
     INVARIANT(edge >= begin && edge + hidden <= end);
@@ -351,7 +347,8 @@ static void join(struct paper *paper) {
         const struct step *step = column->step;
         const int gap = step[0].disparity - step[1].disparity;
         column->disparity = step[step[1].score < step[0].score].disparity;
-        column->kept = column->disparity != NOWHERE && gap <= AGREE_PX && gap >= -AGREE_PX;
+        column->kept = column->disparity != NOWHERE && gap <= TUNE_PAPER_AGREE_PX &&
+                       gap >= -TUNE_PAPER_AGREE_PX;
     }
     for (int x = paper->left.begin; x < paper->left.end; x++) {
         const int begin = x;
@@ -366,15 +363,15 @@ static void join(struct paper *paper) {
 
 static bool textured(const struct paper *paper, int x, int y) {
     const uint8_t *grey = image_u8_row(&paper->input->left, y);
-    const int begin = clamp(x - TEXTURE_RADIUS, paper->left.begin, paper->left.end);
-    const int end = clamp(x + TEXTURE_RADIUS + 1, paper->left.begin, paper->left.end);
+    const int begin = clamp(x - TUNE_CONTRAST_COLUMNS / 2, paper->left.begin, paper->left.end);
+    const int end = clamp(x + TUNE_CONTRAST_COLUMNS / 2 + 1, paper->left.begin, paper->left.end);
     uint8_t darkest = UINT8_MAX;
     uint8_t brightest = 0;
     for (int i = begin; i < end; i++) {
         darkest = grey[i] < darkest ? grey[i] : darkest;
         brightest = grey[i] > brightest ? grey[i] : brightest;
     }
-    return brightest - darkest >= TEXTURE_MIN;
+    return brightest - darkest >= TUNE_CONTRAST_MIN;
 }
 
 // Position of the lowest point of the "V" through the sums, in 1/256; at most half way to a
@@ -397,9 +394,9 @@ static enum reason validate(const struct paper *paper, int x, int y, const int *
     enum reason reason = REASON_VALID;
     if (!column->kept) {
         reason = REASON_OCCLUDED;
-    } else if (sum[HERE] > MISFIT * count || at_end) {
+    } else if (sum[HERE] > TUNE_PAPER_MISFIT * count || at_end) {
         reason = REASON_OUT_OF_RANGE;
-    } else if (margin < MARGIN_MIN * count) {
+    } else if (margin < TUNE_PAPER_MARGIN * count) {
         reason = REASON_AMBIGUOUS;
     }
     return reason == REASON_VALID || textured(paper, x, y) ? reason : REASON_NO_TEXTURE;
@@ -425,7 +422,7 @@ static void finish_pixel(const struct paper *paper, int x, int y, uint64_t aroun
         disparity_q8 = DISPARITY_ONE * disparity;
         if (paper->column[x].kept) {
             INVARIANT(disparity == paper->column[x].disparity);
-            INVARIANT(count >= 1 && count <= 2 * AROUND_PX + 1);
+            INVARIANT(count >= 1 && count <= 2 * TUNE_PAPER_AROUND_PX + 1);
             disparity_q8 += disparity > min && disparity < max ? refine_q8(sum) : 0;
             confidence = margin > 0 ? margin * UINT8_MAX / (risen + sum[HERE]) : 0;
         }
@@ -448,9 +445,10 @@ static void finish_row(struct paper *paper, int y) {
         }
     }
     uint64_t around = 0;
-    for (int x = -AROUND_PX; x < paper->width; x++) {
-        around += x + AROUND_PX < paper->width ? column[x + AROUND_PX].beside : 0;
-        around -= x > AROUND_PX ? column[x - AROUND_PX - 1].beside : 0;
+    for (int x = -TUNE_PAPER_AROUND_PX; x < paper->width; x++) {
+        around +=
+            x + TUNE_PAPER_AROUND_PX < paper->width ? column[x + TUNE_PAPER_AROUND_PX].beside : 0;
+        around -= x > TUNE_PAPER_AROUND_PX ? column[x - TUNE_PAPER_AROUND_PX - 1].beside : 0;
         if (x >= 0) {
             finish_pixel(paper, x, y, around);
         }

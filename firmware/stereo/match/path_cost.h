@@ -15,14 +15,14 @@
 // Penalty of a jump across a step of grey levels: an edge makes it plausible. The lowest is
 // `least`.
 static inline uint8_t match_p2(uint8_t step, uint8_t least) {
-    enum { LARGE_MAX = 135, LARGE_SLOPE = 6, STEPS = LARGE_MAX / LARGE_SLOPE };
-    const uint8_t lowered = (uint8_t)(LARGE_MAX - LARGE_SLOPE * (step < STEPS ? step : STEPS));
+    enum { STEPS = TUNE_P2 / TUNE_P2_SLOPE };
+    const uint8_t lowered = (uint8_t)(TUNE_P2 - TUNE_P2_SLOPE * (step < STEPS ? step : STEPS));
     return lowered > least ? lowered : least;
 }
 
 // The least penalty of a jump: see match_p2. Lower ones lose steep surfaces on coarser levels.
 static inline uint8_t match_least_p2(const struct match_level *level) {
-    return match_is_finest(level) ? 30 : 45;
+    return match_is_finest(level) ? TUNE_P2_MIN : TUNE_P2_MIN_COARSER;
 }
 
 struct path_penalties {
@@ -79,7 +79,7 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty;
     }
-    const struct vector small = vector_all(MATCH_P1);
+    const struct vector small = vector_all(TUNE_P1);
     const struct vector max = vector_all(SUMMAND_MAX);
     const int count = lanes / MATCH_LANES;
     struct lanes path_cost[ROW_GROUPS];

@@ -117,7 +117,7 @@ static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, int rise
     struct lanes running;
     load_lanes(cost_at, (ptrdiff_t)cell, &cost, lanes);
     load_lanes((const uint8_t *const *)message_at, 0, &running, lanes);
-    const struct path_penalties penalties = {vector_all(MATCH_P1), vector_all(penalty)};
+    const struct path_penalties penalties = {vector_all(TUNE_P1), vector_all(penalty)};
     shear(&running, rise, vector_all(UINT8_MAX), vector_all(UINT8_MAX), lanes);
     add_path_cost(&cost, penalties, &running, lanes);
     store_lanes(&running, message_at, 0, lanes);

@@ -44,7 +44,7 @@ int match_mean_lanes(const struct match_level *level) {
 // many, the more disparities there are.
 static int lanes_in_memory(const struct match_level *level) {
     const int mean = match_mean_lanes(level);
-    const int part = padded_lanes(3 * level->lanes / 8);
+    const int part = padded_lanes(TUNE_WINDOW_MEMORY * level->lanes / 8);
     return part > mean ? part : mean;
 }
 
@@ -103,32 +103,9 @@ struct reach {
 static const struct reach NOWHERE = {UINT16_MAX, -1, 0, false};
 
 enum {
-    // The slope of a tile is that of the coarser surface in the tile and this many of its pixels
-    // around: from differences over SLOPE_STEP of them.
-    SLOPE_AROUND = 4,
-    SLOPE_STEP = 4,
-    DIFFERENCE_MAX = MATCH_SLOPE_MAX * SLOPE_STEP * MATCH_SURFACE_ONE / MATCH_SLOPE_ONE,
-    DIFFERENCES_MAX =
-        (MATCH_TILE_COLUMNS / 2 + 2 * SLOPE_AROUND) * (MATCH_BAND_ROWS / 2 + 2 * SLOPE_AROUND),
-    // Differences this near their median, in 1/MATCH_SURFACE_ONE, belong to one surface if they are
-    // most of all, in percent. Down a column fewer are enough: surfaces rise there more often.
-    SLOPE_TOLERANCE = 14,
-    SLOPE_SHARE_DOWN = 75,
-    SLOPE_SHARE_ALONG = 88,
-    // Steeper surfaces are found in parts only. There it is enough that this share, in percent, of
-    // the differences over half as many pixels fits: a depth edge is between fewer of these.
-    SLOPE_STEEP = 96,
-    SLOPE_SHARE_HALF = 60,
-    // Fewer pixels of a known disparity than these, or than that share of all in percent, say
-    // nothing.
-    SLOPE_PIXELS_MIN = 8,
-    SLOPE_KNOWN_MIN = 15,
-    // A tile without a slope of its own gets that of tiles up to this far, if those on both sides
-    // differ by less than SLOPE_GAP.
-    SLOPE_REACH = 6,
-    SLOPE_GAP = 40,
-    // Flatter surfaces stay within a lane for seven pixels: leaning averages follow them better.
-    SLOPE_MIN = 36,
+    DIFFERENCE_MAX = MATCH_SLOPE_MAX * TUNE_SLOPE_STEP * MATCH_SURFACE_ONE / MATCH_SLOPE_ONE,
+    DIFFERENCES_MAX = (MATCH_TILE_COLUMNS / 2 + 2 * TUNE_SLOPE_AROUND) *
+                      (MATCH_BAND_ROWS / 2 + 2 * TUNE_SLOPE_AROUND),
     SLOPE_UNKNOWN = INT16_MIN,
     SLOPE_MIXED = INT16_MIN + 1,  // of several surfaces
     TILES_MAX = IMAGE_MAX_SIDE_PX / MATCH_TILE_COLUMNS,
@@ -155,9 +132,9 @@ static int beyond_row(const struct match_level *level, int band_begin, int aroun
     return row < level->coarser->height ? row : level->coarser->height;
 }
 
-// Rows of the coarser level that cover as many of the finest one's as SLOPE_AROUND columns do.
+// Rows of the coarser level that cover as many of the finest one's as TUNE_SLOPE_AROUND columns do.
 static int slope_rows(const struct match_level *level) {
-    return SLOPE_AROUND << (halvings_x(level) - halvings_y(level));
+    return TUNE_SLOPE_AROUND << (halvings_x(level) - halvings_y(level));
 }
 
 int match_window_rows(const struct match_level *level, int band_begin) {
@@ -318,12 +295,12 @@ struct area {
 
 static struct area area_of_tile(const struct match_level *level, int band_begin, int t) {
     const int width = level->coarser->width;
-    const int begin = (t * MATCH_TILE_COLUMNS >> halvings_x(level)) - SLOPE_AROUND;
-    const int end = ((t + 1) * MATCH_TILE_COLUMNS >> halvings_x(level)) + SLOPE_AROUND;
+    const int begin = (t * MATCH_TILE_COLUMNS >> halvings_x(level)) - TUNE_SLOPE_AROUND;
+    const int end = ((t + 1) * MATCH_TILE_COLUMNS >> halvings_x(level)) + TUNE_SLOPE_AROUND;
     return (struct area){begin > 0 ? begin : 0, end < width ? end : width,
                          first_row(level, band_begin, slope_rows(level)),
                          beyond_row(level, band_begin, slope_rows(level)),
-                         slope_rows(level) / SLOPE_AROUND};
+                         slope_rows(level) / TUNE_SLOPE_AROUND};
 }
 
 // Differences of a level's surface over some columns or rows, in 1/MATCH_SURFACE_ONE and limited to
@@ -381,8 +358,8 @@ static int median_of(const struct differences *taken) {
 
 // The number of differences near `middle`, and their sum.
 static int near_differences(const struct differences *taken, int middle, int *sum) {
-    const int16_t low = (int16_t)(middle - SLOPE_TOLERANCE);
-    const int16_t high = (int16_t)(middle + SLOPE_TOLERANCE);
+    const int16_t low = (int16_t)(middle - TUNE_SLOPE_TOLERANCE);
+    const int16_t high = (int16_t)(middle + TUNE_SLOPE_TOLERANCE);
     int near = 0;
     *sum = 0;
     for (int i = 0; i < taken->all; i++) {
@@ -400,7 +377,7 @@ static bool holds_over(const struct match_level *level, const struct area *area,
     take_differences(level, area, dx, dy, &taken);
     int sum;
     const int middle = slope * (dx + dy) / (MATCH_SLOPE_ONE / MATCH_SURFACE_ONE);
-    return near_differences(&taken, middle, &sum) * 100 >= taken.known * SLOPE_SHARE_HALF;
+    return near_differences(&taken, middle, &sum) * 100 >= taken.known * TUNE_SLOPE_SHARE_HALF;
 }
 
 // The slope of a level's surface over `dx` columns or `dy` rows: the mean of the differences near
@@ -412,7 +389,7 @@ static int slope_of(const struct match_level *level, const struct area *area, in
     const int known = taken.known;
     const int all =
         (area->x_end - area->x_begin - dx) * (area->y_end - area->y_begin - dy) / area->row_step;
-    if (known < SLOPE_PIXELS_MIN || known < all * SLOPE_KNOWN_MIN / 100) {
+    if (known < TUNE_SLOPE_PIXELS || known < all * TUNE_SLOPE_KNOWN / 100) {
         return SLOPE_UNKNOWN;
     }
     int sum;
@@ -422,7 +399,7 @@ static int slope_of(const struct match_level *level, const struct area *area, in
     if (near * 100 >= known * share_min) {
         return slope;
     }
-    const bool steep = slope >= SLOPE_STEEP || slope <= -SLOPE_STEEP;
+    const bool steep = slope >= TUNE_SLOPE_STEEP || slope <= -TUNE_SLOPE_STEEP;
     return steep && (any_steep || holds_over(level, area, dx / 2, dy / 2, slope)) ? slope
                                                                                   : SLOPE_MIXED;
 }
@@ -430,7 +407,7 @@ static int slope_of(const struct match_level *level, const struct area *area, in
 // The slope of the nearest tile in a direction, if it is not too far.
 static int slope_beside(const int16_t *slopes, int tiles, int t, int direction) {
     int i = 1;
-    while (i < SLOPE_REACH && t + i * direction >= 0 && t + i * direction < tiles &&
+    while (i < TUNE_SLOPE_REACH && t + i * direction >= 0 && t + i * direction < tiles &&
            slopes[t + i * direction] == SLOPE_UNKNOWN) {
         i++;
     }
@@ -447,14 +424,14 @@ static int slope_between(const int16_t *slopes, int tiles, int t) {
         return left == SLOPE_UNKNOWN ? right : left;
     }
     const int gap = left - right;
-    return gap < SLOPE_GAP && gap > -SLOPE_GAP ? (left + right) / 2 : SLOPE_UNKNOWN;
+    return gap < TUNE_SLOPE_GAP && gap > -TUNE_SLOPE_GAP ? (left + right) / 2 : SLOPE_UNKNOWN;
 }
 
 // The slope that a tile follows, in disparities of a level that has `scale` times as many a pixel.
 static int16_t slope_followed(const int16_t *slopes, int tiles, int t, int scale) {
     int slope = slopes[t] == SLOPE_UNKNOWN ? slope_between(slopes, tiles, t) : slopes[t];
     slope = slope <= SLOPE_MIXED ? 0 : clamp(scale * slope, -MATCH_SLOPE_MAX, MATCH_SLOPE_MAX);
-    return (int16_t)(slope < SLOPE_MIN && slope > -SLOPE_MIN ? 0 : slope);
+    return (int16_t)(slope < TUNE_SLOPE_MIN && slope > -TUNE_SLOPE_MIN ? 0 : slope);
 }
 
 void match_plan_slopes(const struct match_level *level, int band_begin, struct match_tile *tiles) {
@@ -466,14 +443,15 @@ void match_plan_slopes(const struct match_level *level, int band_begin, struct m
     }
     int16_t down[TILES_MAX];
     int16_t along[TILES_MAX];
-    const int rows = slope_rows(level) * SLOPE_STEP / SLOPE_AROUND;
+    const int rows = slope_rows(level) * TUNE_SLOPE_STEP / TUNE_SLOPE_AROUND;
     // Between coarser levels a wrong slope does no harm: no surface is found along it.
     const bool any_steep = !match_is_finest(level);
     for (int t = 0; t < level->tiles; t++) {
         const struct area area = area_of_tile(level, band_begin, t);
-        down[t] = (int16_t)slope_of(level->coarser, &area, 0, rows, SLOPE_SHARE_DOWN, any_steep);
-        along[t] =
-            (int16_t)slope_of(level->coarser, &area, SLOPE_STEP, 0, SLOPE_SHARE_ALONG, any_steep);
+        down[t] =
+            (int16_t)slope_of(level->coarser, &area, 0, rows, TUNE_SLOPE_SHARE_DOWN, any_steep);
+        along[t] = (int16_t)slope_of(level->coarser, &area, TUNE_SLOPE_STEP, 0,
+                                     TUNE_SLOPE_SHARE_ALONG, any_steep);
     }
     // Disparities are halved with the columns, rows less often.
     const int scale = 1 << (halvings_x(level) - halvings_y(level));

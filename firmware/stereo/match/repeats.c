@@ -7,14 +7,11 @@
 #include "stereo/image/reason.h"
 #include "stereo/match/checks.h"
 #include "stereo/match/match.h"
+#include "stereo/match/tuning.h"
 
 enum {
-    CELL_COLUMNS = 16,  // what is tested at once
+    CELL_COLUMNS = 16,  // tested at once
     CELL_ROWS = 8,
-    WINDOW_MIN = 24,  // columns compared, at least
-    LAG_MIN = 3,      // minimum period in pixels: closer rivals are in every search
-    FALL = 2,         // a repetition must differ by this factor less than what lies before it
-    DIFFERENT = 1,    // mean difference of grey levels between the two, at least
     PARTS_MAX = 8,
 };
 
@@ -39,7 +36,8 @@ struct cell {
 // chance could make alike.
 static int window_of(int lag) {
     const int length = lag < 0 ? -lag : lag;
-    return 3 * length / 2 > WINDOW_MIN ? 3 * length / 2 : WINDOW_MIN;
+    const int window = TUNE_REPEAT_WINDOW * length / 2;
+    return window > TUNE_REPEAT_WINDOW_PX ? window : TUNE_REPEAT_WINDOW_PX;
 }
 
 static int window_begin(const struct cell *cell, int window) {
@@ -87,7 +85,7 @@ static bool is_alike_near(const struct cell *cell, int window, int lag, int limi
 // with something else between, and twice more: on the other side and as far again. Three similar
 // edges are not a repetition.
 static bool repeats(const struct cell *cell, int direction, int last) {
-    int max = 16 * DIFFERENT;
+    int max = 16 * TUNE_REPEAT_DIFFERENT;
     bool left_it = false;
     for (int step = 1; step <= last; step++) {
         const int lag = direction * step;
@@ -99,9 +97,9 @@ static bool repeats(const struct cell *cell, int direction, int last) {
         if (here >= max) {
             max = here;
             left_it = true;
-        } else if (left_it && step >= LAG_MIN && here <= max / FALL &&
-                   is_alike_near(cell, window, -lag, max / FALL) &&
-                   is_alike_near(cell, window, 2 * lag, max / FALL)) {
+        } else if (left_it && step >= TUNE_REPEAT_LAG_PX && here <= max / TUNE_REPEAT_FALL &&
+                   is_alike_near(cell, window, -lag, max / TUNE_REPEAT_FALL) &&
+                   is_alike_near(cell, window, 2 * lag, max / TUNE_REPEAT_FALL)) {
             return true;
         }
     }

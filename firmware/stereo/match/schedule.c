@@ -2,7 +2,7 @@
 // The order of the steps, on bands, tiles and threads, and the memory that they share. A band goes
 // through three kernels:
 //   1. by rows:  features, cost, average along the row
-//   2. by tiles: average down and up (with MATCH_AHEAD_ROWS rows of look-ahead), path cost from the
+//   2. by tiles: average down and up (with TUNE_AHEAD_ROWS rows of look-ahead), path cost from the
 //                row above
 //   3. by rows:  path costs from the left and the right, selection, validation
 // Each thread processes one band at a time, so that nearly all of a band's cells stay in one
@@ -232,9 +232,9 @@ static uint8_t *last_row(const struct match_level *level, int number, bool is_su
 static struct match_band band_of(const struct match_level *level, int number) {
     struct match_band band = {.begin = number * MATCH_BAND_ROWS};
     const int end = band.begin + MATCH_BAND_ROWS;
-    const int ahead = end + MATCH_AHEAD_ROWS;
+    const int ahead = end + TUNE_AHEAD_ROWS;
     band.end = end < level->height ? end : level->height;
-    band.cost_begin = band.begin == 0 ? 0 : band.begin + MATCH_AHEAD_ROWS;
+    band.cost_begin = band.begin == 0 ? 0 : band.begin + TUNE_AHEAD_ROWS;
     band.cost_end = pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
     band.before = windows(level, number - 1);
     band.tile = windows(level, number);

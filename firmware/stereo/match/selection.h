@@ -120,7 +120,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty + 1;
     }
-    const struct vector small = vector_all(MATCH_P1);
+    const struct vector small = vector_all(TUNE_P1);
     struct lanes path_cost[ROW_GROUPS];
     for (int q = 0; q < groups; q++) {
         load_lanes((const uint8_t *const *)view.path_cost + q * VECTOR_MEMBERS, 0, &path_cost[q],
@@ -226,7 +226,7 @@ static void record_tile(const struct row_view *view, const int rows, const struc
         }
         for (int x = x_begin; tile->doubtful && x < x_begin + columns; x++) {
             uint8_t *margin = &line->row.margin[x];
-            *margin = *margin < MATCH_LEAST_MARGIN ? *margin : MATCH_LEAST_MARGIN - 1;
+            *margin = *margin < TUNE_MARGIN_LEAST ? *margin : TUNE_MARGIN_LEAST - 1;
         }
     }
 }

@@ -7,6 +7,7 @@
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/checks.h"
+#include "stereo/match/tuning.h"
 
 // Marks in the reason map while islands are measured; above all reasons.
 enum { MARK_QUEUED = 0x40, MARK_UNDECIDED = 0x60, MARK_LARGE = 0x80 };
@@ -56,8 +57,7 @@ size_t speckle_filter_need_bytes(int width, int speckle_px, int threads) {
 
 // In one comparison, of numbers without a sign.
 static inline bool is_step(int32_t a_q8, int32_t b_q8) {
-    return (uint32_t)a_q8 - (uint32_t)b_q8 + SPECKLE_FILTER_ISLAND_STEP_Q8 >
-           2 * SPECKLE_FILTER_ISLAND_STEP_Q8;
+    return (uint32_t)a_q8 - (uint32_t)b_q8 + TUNE_ISLAND_STEP > 2 * TUNE_ISLAND_STEP;
 }
 
 static void visit(struct strip *strip, int32_t from_q8, int x, int y) {

@@ -16,35 +16,26 @@
 
 #include "stereo/match/checks.h"
 #include "stereo/match/match.h"
+#include "stereo/match/tuning.h"
 
 // Number of rows shared by the bands in progress, for this many threads.
-#define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)
+#define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + TUNE_AHEAD_ROWS)
 // Number of rows of a surface, for a batch of this level and one of the next finer level.
 #define MATCH_SURFACE_ROWS(bands) (2 * (bands)*MATCH_BAND_ROWS + 16)
 
 enum {
     MATCH_LANES = 16,        // disparities are padded to a multiple of this
-    MATCH_P1 = 20,           // of a change by one disparity
     MATCH_COST_MAX = 120,    // so that a path cost stays below 256
     MATCH_WEIGHT_ONE = 128,  // shares of a blend are in 1/128, between 1 and 127
     MATCH_CENSUS_PLANES = 3,
     MATCH_CENSUS_BITS = 8 * MATCH_CENSUS_PLANES,
-    MATCH_CENSUS_WEIGHT = 4,
     MATCH_CENSUS_RADIUS = 2,
-    MATCH_GRADIENT_TRUNCATION = 12,
-    // Prices of a neighbouring disparity in an average along a column and along a row.
-    MATCH_LEAN_DOWN = 4,
-    MATCH_LEAN_ALONG = 8,
     MATCH_TILE_COLUMNS = 16,
     MATCH_BAND_ROWS = 8,
-    MATCH_AHEAD_ROWS = 6,
     MATCH_MAX_THREADS = 8,
     MATCH_MAX_RING_ROWS = MATCH_RING_ROWS(MATCH_MAX_THREADS),
     MATCH_MAX_BATCH = 16,  // bands between two points where all threads wait for each other
     MATCH_MAX_SURFACE_ROWS = MATCH_SURFACE_ROWS(MATCH_MAX_BATCH),
-    // A winner with a smaller margin is ambiguous, where contrast is faint and where it is high.
-    MATCH_MARGIN_MIN = 23,
-    MATCH_LEAST_MARGIN = 15,
     // A surface between levels holds disparities in 1/MATCH_SURFACE_ONE; MATCH_DOUBTFUL is added to
     // one with such a rival.
     MATCH_SURFACE_ONE = 16,
@@ -53,7 +44,6 @@ enum {
     MATCH_SLOPE_ONE = 256,
     MATCH_RISE_MAX = 2,
     MATCH_SLOPE_MAX = MATCH_RISE_MAX * MATCH_SLOPE_ONE,
-    MATCH_TEXTURE_COLUMNS = 16,
     MATCH_ROWS_ABREAST = 4,  // maximum rows per call of a kernel
     // Rows that the features of that many rows need, and one more on each side to smooth them.
     MATCH_SOURCE_ROWS = MATCH_ROWS_ABREAST + 2 * MATCH_CENSUS_RADIUS + 2,
@@ -106,9 +96,9 @@ struct match_line {
         uint32_t *around;     // averaged costs before, at and after the winner, in the lower bytes
         uint8_t *fit;         // averaged cost of the winner
         uint8_t *consistent;  // whether left and right agree
-        uint8_t *contrast;    // of MATCH_TEXTURE_COLUMNS pixels around
+        uint8_t *contrast;    // of TUNE_CONTRAST_COLUMNS pixels around
         uint8_t *fits;        // whether the winner may be right
-        uint8_t *darkest, *brightest;  // of MATCH_TEXTURE_COLUMNS pixels from x on
+        uint8_t *darkest, *brightest;  // of TUNE_CONTRAST_COLUMNS pixels from x on
         uint32_t *claim;               // lowest cost that claims a right pixel, and its lane
     } row;
 };
@@ -132,20 +122,6 @@ struct match_band {
     uint8_t *from_above[MATCH_BAND_ROWS];
     uint8_t *last_sum;            // sums of path costs of the last row
     uint8_t *down_before, *down;  // downward average before the band and after it
-};
-
-/// Parameters of a preset.
-struct match_method {
-    const char *name;
-    int coarse_disparities;  // a level with more disparities than this gets a coarser one; 0: never
-    int halvings;            // of columns and disparities from the finest level to the next
-    int halved_rows;         // of the finest level: 1 where a row of it covers two
-    int lanes;               // average per column, for which there is memory
-    // A tile searches the disparities that the coarser level found in the tile and this many of its
-    // pixels around, and `margin` more on both sides.
-    int around_columns, around_rows, margin;
-    // The whole requested range is searched everywhere; near a coarser surface only beyond it.
-    bool whole_range;
 };
 
 /// Rows of a pair at one scale.
@@ -262,7 +238,7 @@ static inline bool match_is_finest(const struct match_level *level) {
 /// Whether a level searches all its disparities everywhere. Those of a quarter of the width and
 /// less do: they take little time, and what they do not find the finest one does not search.
 static inline bool match_searches_everything(const struct match_level *level) {
-    return level->coarser == NULL || level->shift_x >= 2;
+    return level->coarser == NULL || level->shift_x >= TUNE_SEARCH_ALL_SHIFT;
 }
 
 /// Whether a level searches the requested range everywhere, independent of the coarser one.

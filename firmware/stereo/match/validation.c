@@ -2,9 +2,10 @@
 // Validation of pixels by what is around them. First those are accepted that continue the surface
 // around them, although a limit rejected them; then blocks of pixels are rejected that have too
 // little texture for the share of accepted pixels around; then pixels that an object hides.
-// Rows needed: two above and below to accept a pixel (JOIN_ROWS), 12 where margins around decide
-// (AROUND); for a block those of the blocks up to four away (2 SHARE_BLOCKS), of 8 rows each, with
-// their neighbours' shares; the noise of the pair, from whole images.
+// Rows needed: two above and below to accept a pixel (TUNE_SUPPORT_ROWS), 12 where margins around
+// decide (TUNE_MEAN_MARGIN_AROUND); for a block those of the blocks up to four away (2
+// SHARE_BLOCKS), of 8 rows each, with their neighbours' shares; the noise of the pair, from whole
+// images.
 #include <string.h>
 
 #include "core/error.h"
@@ -13,20 +14,7 @@
 #include "stereo/match/checks.h"
 #include "stereo/match/state.h"
 
-enum {
-    // A pixel is joined to the surface around it if this many of the 45 pixels of the window are on
-    // it: half if only its cost rejected it, two thirds if it had a rival.
-    JOIN_COLUMNS = 4,
-    JOIN_ROWS = 2,
-    COST_MIN = 23,
-    RIVAL_MIN = 30,
-    STEP_Q8 = 256,
-    MARK_JOINED = 0x40,
-    // The margins around: of pixels up to so far, every fourth; what is more counts as the highest.
-    AROUND = 12,
-    AROUND_STEP = 4,
-    MARGIN_MAX = 60,
-};
+enum { MEAN_MARGIN_STEP = 4, MARK_JOINED = 0x40 };
 
 // The pixels of the image up to so many columns and rows from (x, y).
 struct window {
@@ -43,13 +31,14 @@ static struct window window_at(const struct match_output *output, int x, int y, 
 }
 
 int match_margin_around(const struct match_output *output, int x, int y) {
-    const struct window window = window_at(output, x, y, AROUND, AROUND);
+    const struct window window =
+        window_at(output, x, y, TUNE_MEAN_MARGIN_AROUND, TUNE_MEAN_MARGIN_AROUND);
     int sum = 0;
     int count = 0;
-    for (int j = window.y_begin; j < window.y_end; j += AROUND_STEP) {
+    for (int j = window.y_begin; j < window.y_end; j += MEAN_MARGIN_STEP) {
         const uint8_t *restrict confidence = image_u8_row(&output->confidence, j);
-        for (int i = window.x_begin; i < window.x_end; i += AROUND_STEP) {
-            sum += confidence[i] < MARGIN_MAX ? confidence[i] : MARGIN_MAX;
+        for (int i = window.x_begin; i < window.x_end; i += MEAN_MARGIN_STEP) {
+            sum += confidence[i] < TUNE_MEAN_MARGIN_CAP ? confidence[i] : TUNE_MEAN_MARGIN_CAP;
             count++;
         }
     }
@@ -67,7 +56,7 @@ struct joining {
 // the reason `too`; REASON_VALID for none.
 static int companions(const struct match_output *output, int x, int y, uint8_t too) {
     const int32_t here_q8 = image_i32_row(&output->disparity_q8, y)[x];
-    const struct window window = window_at(output, x, y, JOIN_COLUMNS, JOIN_ROWS);
+    const struct window window = window_at(output, x, y, TUNE_SUPPORT_COLUMNS, TUNE_SUPPORT_ROWS);
     int count = 0;
     for (int j = window.y_begin; j < window.y_end; j++) {
         const uint8_t *restrict reason = image_u8_row(&output->reason, j);
@@ -76,8 +65,8 @@ static int companions(const struct match_output *output, int x, int y, uint8_t t
             const int32_t step_q8 = disparity_q8[i] - here_q8;
             // Marked pixels count as what they were, whichever is looked at first.
             const uint8_t was = reason[i] & (MARK_JOINED - 1);
-            count += ((reason[i] == REASON_VALID) | (was == too)) & (step_q8 <= STEP_Q8) &
-                     (step_q8 >= -STEP_Q8);
+            count += ((reason[i] == REASON_VALID) | (was == too)) & (step_q8 <= TUNE_SUPPORT_STEP) &
+                     (step_q8 >= -TUNE_SUPPORT_STEP);
         }
     }
     return count;
@@ -87,15 +76,15 @@ static int companions(const struct match_output *output, int x, int y, uint8_t t
 static bool is_doubtful(const struct match_believed *believed, int index, uint8_t reason,
                         uint8_t confidence) {
     return reason == REASON_AMBIGUOUS ||
-           (reason == REASON_OUT_OF_RANGE && confidence >= MATCH_MARGIN_MIN &&
+           (reason == REASON_OUT_OF_RANGE && confidence >= TUNE_MARGIN_MIN &&
             index >= believed->first && index <= believed->last);
 }
 
 // Whether winners around that only their cost rejected are as good as accepted ones: where texture
 // is faint noise makes correct ones expensive, but their rivals stay far behind.
 static bool continues_distinct(const struct match_output *output, int x, int y) {
-    return match_margin_around(output, x, y) >= MATCH_DISTINCT_MARGIN &&
-           companions(output, x, y, REASON_OUT_OF_RANGE) >= COST_MIN;
+    return match_margin_around(output, x, y) >= TUNE_MEAN_MARGIN_CLEAR &&
+           companions(output, x, y, REASON_OUT_OF_RANGE) >= TUNE_SUPPORT_COST;
 }
 
 // The cost of a winner grows with the slope of its surface and with differences of the lenses, and
@@ -113,7 +102,7 @@ static void join_rows(const struct joining *of, int y_begin, int y_end) {
             }
             const int index = match_whole_disparity(disparity_q8[x]) - of->lowest;
             const bool expensive = reason[x] == REASON_OUT_OF_RANGE;
-            const int min = expensive ? COST_MIN : RIVAL_MIN;
+            const int min = expensive ? TUNE_SUPPORT_COST : TUNE_SUPPORT_RIVAL;
             if (is_doubtful(&of->believed, index, reason[x], confidence[x]) &&
                 (companions(output, x, y, REASON_VALID) >= min ||
                  (expensive && continues_distinct(output, x, y)))) {
@@ -155,7 +144,7 @@ static void accept_joined(void *context, int index) {
 void match_join(const struct match_options *options, const struct parallel *parallel,
                 struct match_output *output) {
     // Halves that are lower than the window would meet.
-    const int parts_max = output->reason.height / (2 * JOIN_ROWS);
+    const int parts_max = output->reason.height / (2 * TUNE_SUPPORT_ROWS);
     struct joining of = {.output = output,
                          .believed = match_believed_of(options),
                          .lowest = match_searched_min(options),
@@ -173,52 +162,11 @@ enum {
     SLOPE_ROWS = 3,  // smoothed rows in use
     MAX_PARTS = 8,
     NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see slopes_of
-    // The disparity changes by more than this over four columns at a depth edge, and slopes as near
-    // to one may be the edge itself: where a curved object ends, both cameras see different points.
-    RIM_STEP_Q8 = 8 * 256,
-    RIM_COLUMNS = 3,
-    // Limits (see match.md). Slopes along the row have this many times the energy of noise, and
-    // this share of the energy of the slopes along the column: a misalignment of the rows by a
-    // tenth of a pixel moves such structure by a third of a pixel.
-    SIGNAL_MIN = 3,
-    UPRIGHT_SHARE = 10,
-    BALANCED_SHARE = 5,   // the same, with noise taken off both
-    STRONG_SIGNAL = 128,  // of strong slopes: times the energy of noise, noise included
-    // Pixels between two accepted ones are hidden from the right camera if the second one is in
-    // front by so much, and if they are not wider than 3/2 of that.
-    HIDDEN_STEP_Q8 = 4 * 256,
     // Blocks to each side: of those with texture that are counted, and for the share of the pixels
     // that the checks of single pixels accepted.
     NEAR_BLOCKS = 1,
     FAR_BLOCKS = 3,
     SHARE_BLOCKS = 2,
-    // A block is believed if it has one of these numbers of blocks with texture around, and this
-    // share, in 1/255, of accepted pixels: within reach, as the rim of an object has few on one
-    // side; around itself, the more the less texture there is.
-    NEAR_TEXTURED_MIN = 3,  // of 9
-    REACHED_SHARE_MIN = 153,
-    FAR_TEXTURED_MIN = 12,  // of 49
-    FAR_SHARE_MIN = 217,
-    FEW_TEXTURED_MIN = 3,
-    FEW_SHARE_MIN = 245,
-    // Or, where it has slopes along the row at all: with texture, within reach, and its own share.
-    EDGE_TEXTURED_MIN = 7,
-    EDGE_OWN_MIN = 204,
-    // Where texture is coarse and no strong slopes are near, wrong winners agree: all need a share.
-    COARSE_SHARE_MIN = 204,
-    STRONG_BLOCKS_MIN = 3,
-    // Pixels beside an outline may be hidden if so many of the 16 before are called occluded.
-    OCCLUDED_BEFORE_MIN = 4,
-    // Up to the outline, and before, slopes have at most so many times the energy of noise: the rim
-    // of an object begins with a slope.
-    HIDDEN_MAX_PX = 24,
-    PLAIN_BEFORE_PX = 8,
-    PLAIN_SLOPE = 32,
-    OUTLINE_SLOPE = 1000,  // has more
-    OUTLINE_PX = 5,        // within so many pixels
-    // After so many plain pixels the first ones of the outline's slope are rejected too.
-    FOOT_RUN_MIN_PX = 4,
-    FOOT_PX = 2,
 };
 
 // One thread's rows of blocks, and its memory.
@@ -300,9 +248,11 @@ static void mark_rims(const struct match_output *output, int y, uint8_t *at_rim)
     memset(at_rim, 0, (size_t)width);
     for (int x = PAD; x < width - PAD; x++) {
         const int32_t step_q8 = disparity_q8[x + PAD] - disparity_q8[x - PAD];
-        if (step_q8 > RIM_STEP_Q8 || step_q8 < -RIM_STEP_Q8) {
-            const int begin = x > RIM_COLUMNS ? x - RIM_COLUMNS : 0;
-            const int end = x + RIM_COLUMNS < width ? x + RIM_COLUMNS + 1 : width;
+        if (step_q8 > TUNE_DEPTH_EDGE_PX * DISPARITY_ONE ||
+            step_q8 < -TUNE_DEPTH_EDGE_PX * DISPARITY_ONE) {
+            const int begin = x > TUNE_DEPTH_EDGE_COLUMNS ? x - TUNE_DEPTH_EDGE_COLUMNS : 0;
+            const int end =
+                x + TUNE_DEPTH_EDGE_COLUMNS < width ? x + TUNE_DEPTH_EDGE_COLUMNS + 1 : width;
             memset(at_rim + begin, 1, (size_t)(end - begin));
         }
     }
@@ -347,18 +297,19 @@ static void judge_slopes(const struct evidence *of, const struct part *part, int
         slopes += part->slopes[clamped(b + i, of->blocks)];
     }
     const uint64_t noise = slopes * NOISE_OF_SLOPE * of->noise_q8 / 256;
-    const uint64_t signal_min = (SIGNAL_MIN + 1) * noise;
+    const uint64_t signal_min = (TUNE_SIGNAL + 1) * noise;
     const uint64_t structure = upright > noise ? upright - noise : 0;
     block->sloped = slopes > 0 && along >= signal_min;
-    block->textured = slopes > 0 && along >= signal_min + structure / UPRIGHT_SHARE;
-    block->balanced = slopes > 0 && along >= noise + structure / BALANCED_SHARE;
-    block->strong = slopes > 0 && along >= STRONG_SIGNAL * noise;
+    block->textured = slopes > 0 && along >= signal_min + structure / TUNE_UPRIGHT;
+    block->balanced = slopes > 0 && along >= noise + structure / TUNE_BALANCED;
+    block->strong = slopes > 0 && along >= TUNE_STRONG_SIGNAL * noise;
 }
 
 // Whether the pixels between two accepted ones, the second of which is in front by a step, are
-// hidden from the right camera.
+// hidden from the right camera: they are not wider than 3/2 of it.
 static bool hides(int32_t step_q8, int between) {
-    return step_q8 >= HIDDEN_STEP_Q8 && between * 2 * 256 <= 3 * step_q8;
+    return step_q8 >= TUNE_HIDDEN_STEP_PX * DISPARITY_ONE &&
+           2 * between * DISPARITY_ONE <= 3 * step_q8;
 }
 
 static void count_pixels(const struct match_output *output, int y, struct block *blocks) {
@@ -470,8 +421,8 @@ static int share_of(int accepted, int seen) {
 
 // Whether wrong winners may agree.
 static bool is_suspect(const struct evidence *of, int block_row, int b) {
-    return of->coarse && block_row_of(of, block_row)[b].share < COARSE_SHARE_MIN &&
-           sums_around(of, block_row, b, SHARE_BLOCKS).strong < STRONG_BLOCKS_MIN;
+    return of->coarse && block_row_of(of, block_row)[b].share < TUNE_SHARE_COARSE &&
+           sums_around(of, block_row, b, SHARE_BLOCKS).strong < TUNE_STRONG_COARSE;
 }
 
 static int margin_of(const struct evidence *of, int block_row, int b) {
@@ -484,20 +435,20 @@ static int margin_of(const struct evidence *of, int block_row, int b) {
 static bool is_backed(const struct evidence *of, int block_row, int b) {
     const struct block *block = &block_row_of(of, block_row)[b];
     const int textured = sums_around(of, block_row, b, FAR_BLOCKS).textured;
-    return (textured >= FAR_TEXTURED_MIN && block->share >= FAR_SHARE_MIN) ||
-           (textured >= FEW_TEXTURED_MIN && block->share >= FEW_SHARE_MIN) ||
-           (textured >= EDGE_TEXTURED_MIN && block->sloped &&
-            share_of(block->accepted, block->seen) >= EDGE_OWN_MIN &&
-            reaches_share(of, block_row, b, FEW_SHARE_MIN)) ||
-           (block->balanced && block->share >= FAR_SHARE_MIN &&
-            margin_of(of, block_row, b) >= MATCH_DISTINCT_MARGIN);
+    return (textured >= TUNE_TEXTURED_FAR && block->share >= TUNE_SHARE_FAR) ||
+           (textured >= TUNE_TEXTURED_FEW && block->share >= TUNE_SHARE_FEW) ||
+           (textured >= TUNE_TEXTURED_EDGE && block->sloped &&
+            share_of(block->accepted, block->seen) >= TUNE_SHARE_EDGE &&
+            reaches_share(of, block_row, b, TUNE_SHARE_FEW)) ||
+           (block->balanced && block->share >= TUNE_SHARE_FAR &&
+            margin_of(of, block_row, b) >= TUNE_MEAN_MARGIN_CLEAR);
 }
 
 // The reason to reject a block, or REASON_VALID.
 static enum reason reason_of(const struct evidence *of, int block_row, int b) {
     const bool near_texture =
-        sums_around(of, block_row, b, NEAR_BLOCKS).textured >= NEAR_TEXTURED_MIN;
-    const bool agrees = near_texture ? reaches_share(of, block_row, b, REACHED_SHARE_MIN)
+        sums_around(of, block_row, b, NEAR_BLOCKS).textured >= TUNE_TEXTURED_NEAR;
+    const bool agrees = near_texture ? reaches_share(of, block_row, b, TUNE_SHARE_REACHED)
                                      : is_backed(of, block_row, b);
     if (agrees && !is_suspect(of, block_row, b)) {
         return REASON_VALID;
@@ -526,21 +477,21 @@ static uint32_t slope_at(const uint16_t *smooth, int x) {
 // Where the plain pixels from x on end at an outline, with the foot of its slope; x if they do not.
 static int hidden_end(const uint16_t *smooth, uint64_t noise, int width, int x) {
     INVARIANT(x >= 0 && x < width);
-    const int end = x + HIDDEN_MAX_PX < width ? x + HIDDEN_MAX_PX : width;
-    int at = x > PLAIN_BEFORE_PX ? x - PLAIN_BEFORE_PX : 0;
-    while (at < end && slope_at(smooth, at) <= PLAIN_SLOPE * noise) {
+    const int end = x + TUNE_HIDDEN_MAX_PX < width ? x + TUNE_HIDDEN_MAX_PX : width;
+    int at = x > TUNE_PLAIN_BEFORE_PX ? x - TUNE_PLAIN_BEFORE_PX : 0;
+    while (at < end && slope_at(smooth, at) <= TUNE_PLAIN_SLOPE * noise) {
         at++;
     }
     uint32_t steepest = 0;
-    for (int i = at; i < end && i < at + OUTLINE_PX; i++) {
+    for (int i = at; i < end && i < at + TUNE_OUTLINE_PX; i++) {
         const uint32_t slope = slope_at(smooth, i);
         steepest = slope > steepest ? slope : steepest;
     }
-    if (at < x || steepest <= OUTLINE_SLOPE * noise) {
+    if (at < x || steepest <= TUNE_OUTLINE_SLOPE * noise) {
         return x;
     }
     INVARIANT(at < end);
-    return at - x < FOOT_RUN_MIN_PX ? at : at + FOOT_PX;
+    return at - x < TUNE_ONSET_RUN_PX ? at : at + TUNE_ONSET_PX;
 }
 
 // What an object hides has no match. Where it has no texture along the row either, the nearest
@@ -554,7 +505,7 @@ void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, u
         const bool is_occluded = reason[x] == REASON_OCCLUDED;
         const bool accepted = reason[x] == REASON_VALID;
         if (accepted && !after_accepted && x >= end &&
-            __builtin_popcount(occluded) >= OCCLUDED_BEFORE_MIN) {
+            __builtin_popcount(occluded) >= TUNE_HIDDEN_BEFORE) {
             end = hidden_end(smooth, noise, width, x);
         }
         if (accepted && x < end) {
@@ -635,7 +586,7 @@ int match_evidence_run(const struct match_input *input, int smoothing,
     struct evidence of = {.input = input,
                           .output = output,
                           .noise_q8 = match_noise_q8(input, output),
-                          .coarse = smoothing == MATCH_COARSE_SMOOTHING};
+                          .coarse = smoothing == TUNE_SMOOTHING_COARSE};
     const size_t mark = arena_mark(arena);
     of.blocks = (int)block_count(output->reason.width);
     of.block_rows = (int)block_count(output->reason.height);

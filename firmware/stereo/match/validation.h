@@ -14,16 +14,6 @@
 #include "stereo/match/selection.h"
 #include "stereo/match/state.h"
 
-enum {
-    // Threshold of a winner's averaged cost: 99 % of the correct ones on the same pairs are below
-    // it; unrelated images are mostly above. Smoothing makes these more alike, but what takes
-    // strong smoothing makes correct winners differ.
-    FIT_MAX = 41,
-    WEAK_FIT_MAX = 39,
-    STRONG_FIT_MAX = 44,
-    CONTRAST_FAINT = 16,  // grey levels up to which the whole margin is asked for
-};
-
 // Offset of the lowest point of the "V" through three costs, in 1/256 of a disparity, [-128, 128].
 // It is computed from the averaged costs: the sums of path costs contain the penalty for leaving a
 // whole disparity, which would pull every offset towards 0 (by 0.15 px, measured). Without branches
@@ -65,9 +55,10 @@ static void check_claims(const struct match_level *level, const struct match_lin
 
 static inline uint8_t fit_max_of(const struct match_level *level) {
     if (!match_is_smoothed(level)) {
-        return FIT_MAX;
+        return TUNE_COST_MAX;
     }
-    return level->state->smoothing == MATCH_STRONG_SMOOTHING ? STRONG_FIT_MAX : WEAK_FIT_MAX;
+    return level->state->smoothing == TUNE_SMOOTHING_STRONG ? TUNE_COST_MAX_STRONG
+                                                            : TUNE_COST_MAX_SMOOTHED;
 }
 
 // Whether the winners are inside the requested range, neither at the ends of the search nor in the
@@ -122,7 +113,7 @@ static void measure_contrast(const struct match_level *level, const struct match
     widen(darkest, brightest, width, 2);
     widen(darkest, brightest, width, 4);
     widen(darkest, brightest, width, 8);
-    const int half = MATCH_TEXTURE_COLUMNS / 2;
+    const int half = TUNE_CONTRAST_COLUMNS / 2;
     const int begin = span.begin + half < span.end ? span.begin + half : span.end;
     const int end = span.end - half > begin ? span.end - half : begin;
     for (int x = begin; x < end; x++) {
@@ -130,7 +121,7 @@ static void measure_contrast(const struct match_level *level, const struct match
     }
     const int first = span.begin;
     const int last =
-        span.end - MATCH_TEXTURE_COLUMNS > first ? span.end - MATCH_TEXTURE_COLUMNS : first;
+        span.end - TUNE_CONTRAST_COLUMNS > first ? span.end - TUNE_CONTRAST_COLUMNS : first;
     for (int x = span.begin; x < begin; x++) {
         contrast[x] = match_step(brightest[first], darkest[first]);
     }
@@ -153,7 +144,7 @@ static void write_surface(struct match_level *level, const struct match_line *li
                          (int16_t)(around[x] >> 16 & 0xff));
         const int part = (offset_q8 + DISPARITY_ONE / 2) * MATCH_SURFACE_ONE / DISPARITY_ONE;
         const int below_one = part < MATCH_SURFACE_ONE ? part : MATCH_SURFACE_ONE - 1;
-        const int doubt = margin[x] < MATCH_MARGIN_MIN ? MATCH_DOUBTFUL : 0;
+        const int doubt = margin[x] < TUNE_MARGIN_MIN ? MATCH_DOUBTFUL : 0;
         const int position = MATCH_SURFACE_ONE * lane[x] + below_one;
         surface[x] = (int16_t)(consistent[x] & fits[x] ? position + doubt : -1);
     }
@@ -162,10 +153,10 @@ static void write_surface(struct match_level *level, const struct match_line *li
 // Margin below which a winner is ambiguous, by the contrast around it: where that is faint noise
 // decides, elsewhere a depth edge lowers the penalty of a jump, and with it the margin.
 static inline uint8_t margin_min_at(uint8_t contrast) {
-    const uint8_t most = CONTRAST_FAINT + MATCH_MARGIN_MIN - MATCH_LEAST_MARGIN;
+    const uint8_t most = TUNE_CONTRAST_FAINT + TUNE_MARGIN_MIN - TUNE_MARGIN_LEAST;
     const uint8_t capped = contrast < most ? contrast : most;
-    const uint8_t more = capped > CONTRAST_FAINT ? (uint8_t)(capped - CONTRAST_FAINT) : 0;
-    return (uint8_t)(MATCH_MARGIN_MIN - more);
+    const uint8_t more = capped > TUNE_CONTRAST_FAINT ? (uint8_t)(capped - TUNE_CONTRAST_FAINT) : 0;
+    return (uint8_t)(TUNE_MARGIN_MIN - more);
 }
 
 // The reason to reject the winner of each pixel, or REASON_VALID.
@@ -179,7 +170,7 @@ static void write_reasons(const struct match_line *line, int width, uint8_t *res
         const uint8_t fit = fits[x], range = contrast[x], agrees = consistent[x];
         const uint8_t certain = margin[x] >= margin_min_at(range) ? 1 : 0;
         uint8_t doubt = fit == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
-        doubt = range < TEXTURE_MIN ? REASON_NO_TEXTURE : doubt;
+        doubt = range < TUNE_CONTRAST_MIN ? REASON_NO_TEXTURE : doubt;
         doubt = (fit & certain) == 0 ? doubt : REASON_VALID;
         reason[x] = agrees == 0 ? REASON_OCCLUDED : doubt;
     }
@@ -286,10 +277,9 @@ static void smooth_row(int32_t *restrict raw, int32_t *restrict here, const int3
 }
 
 static void fill_between(int32_t *restrict upper, int32_t *restrict lower, int columns) {
-    enum { SURFACE_STEP_Q8 = 256 };
     for (int x = 0; x < columns; x++) {
         const int32_t rise = lower[x] - upper[x];
-        const int32_t part = rise <= SURFACE_STEP_Q8 && rise >= -SURFACE_STEP_Q8 ? rise / 4 : 0;
+        const int32_t part = rise <= TUNE_ROW_STEP && rise >= -TUNE_ROW_STEP ? rise / 4 : 0;
         upper[x] += part;
         lower[x] -= part;
     }

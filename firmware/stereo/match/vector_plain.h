@@ -166,8 +166,8 @@ static inline uint8_t count_bits(uint8_t a, uint8_t b, uint8_t c) {
     return (uint8_t)((both & 0x0f) + (both >> 4));
 }
 
-/// MATCH_CENSUS_WEIGHT for each bit in which the census planes differ, plus the difference of the
-/// gradients, at most MATCH_GRADIENT_TRUNCATION.
+/// TUNE_CENSUS_WEIGHT for each bit in which the census planes differ, plus the difference of the
+/// gradients, at most TUNE_GRADIENT_MAX.
 static inline struct vector vector_cost(const struct vector left[MATCH_CENSUS_PLANES + 1],
                                         const struct vector right[MATCH_CENSUS_PLANES + 1]) {
     struct vector result;
@@ -179,7 +179,7 @@ static inline struct vector vector_cost(const struct vector left[MATCH_CENSUS_PL
         const uint8_t b = right[3].lane[i];
         const uint8_t step = a > b ? (uint8_t)(a - b) : (uint8_t)(b - a);
         result.lane[i] =
-            (uint8_t)(MATCH_CENSUS_WEIGHT * differing + lower_u8(step, MATCH_GRADIENT_TRUNCATION));
+            (uint8_t)(TUNE_CENSUS_WEIGHT * differing + lower_u8(step, TUNE_GRADIENT_MAX));
     }
     return result;
 }

@@ -2,8 +2,6 @@
 // Every processor level gives the results of plain C: on noise (which takes every branch), on
 // smooth images and on related pairs, for all counts of disparities, with every preset and any
 // number of threads. The single operations of the levels are compared in tests/portable.
-#include "stereo/match/kernels.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 
 #include "core/arena.h"
 #include "core/error.h"
+#include "stereo/match/kernels.h"
 #include "stereo/match/match.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/checks.h"
+#include "stereo/match/tuning.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/threads.hpp"
@@ -88,7 +89,7 @@ std::vector<uint8_t> flooded(const Map &map, int limit) {
                 const auto next = static_cast<size_t>((y + dy) * map.width + x + dx);
                 if (!seen[next] && map.reason[next] == REASON_VALID &&
                     std::abs(map.disparity_q8[next] - map.disparity_q8[island[i]]) <=
-                        SPECKLE_FILTER_ISLAND_STEP_Q8) {
+                        TUNE_ISLAND_STEP) {
                     seen[next] = true;
                     island.push_back(next);
                 }
