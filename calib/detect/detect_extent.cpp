@@ -10,7 +10,10 @@ namespace {
 
 // Of the difference between two neighbours on the board: two squares beyond it that differ as much
 // continue the pattern; and the share of such neighbours along a side.
-constexpr double min_contrast_share = 0.3, min_side_share = 0.75;
+constexpr double min_contrast_share = 0.4, min_side_share = 0.75;
+// The same where a shadow begins: it darkens both colours by one factor, which keeps the ratio of
+// difference and sum; a share of that ratio on the board.
+constexpr double min_contrast_in_shadow = 0.1, min_ratio_in_shadow = 0.6;
 constexpr int fewest_pairs = 3;
 
 // A side of a grid. Line 0 is the outermost line of corners, line 1 the next one inside.
@@ -86,8 +89,11 @@ bool continues(const plane &image, const side_of_grid &side) {
         }
         // Colours alternate from line to line.
         const double known = *last - *last_next, expected = *next_next - *next;
+        const double share = known != 0 ? expected / known : 0;
+        const double ratio_share = share * (*last + *last_next) / (*next + *next_next + 1);
         pairs++;
-        alike += expected * known > 0 && expected / known >= min_contrast_share ? 1 : 0;
+        alike += share >= min_contrast_share ||
+                 (share >= min_contrast_in_shadow && ratio_share >= min_ratio_in_shadow);
     }
     return pairs >= fewest_pairs && alike >= min_side_share * pairs;
 }

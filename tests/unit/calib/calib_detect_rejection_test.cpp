@@ -120,6 +120,32 @@ TEST_CASE("a part of a board is known as one where noise hid corners of its oute
     CHECK(calib::detect::squares_continue(levels[0], part, corners));
 }
 
+TEST_CASE("squares go on in a shadow; a pattern of other greys is none of the board's") {
+    const auto goes_on = [](double dark_beyond, double light_beyond) {
+        Image image(480, 300);
+        image.paint([&](int x, int y) {
+            const bool light = (x / 40 + y / 40) % 2 != 0;
+            return x < 360 ? (light ? 200.0 : 30.0) : (light ? light_beyond : dark_beyond);
+        });
+        calib::detect::grid part;
+        part.columns = 8;
+        part.rows = 6;
+        part.nodes.resize(48);
+        calib::detect::refined_grid corners;
+        for (int index = 0; index < 48; index++) {
+            corners.corners.push_back(
+                {true, 39.5 + 40 * (index % 8), 39.5 + 40 * (index / 8), 0.1});
+        }
+        const std::vector<calib::detect::plane> levels = calib::detect::pyramid_of(image.view());
+        return calib::detect::squares_continue(levels[0], part, corners);
+    };
+    CHECK(goes_on(30, 200));
+    CHECK(goes_on(9, 60));
+    CHECK(goes_on(6, 40));
+    CHECK_FALSE(goes_on(100, 160));
+    CHECK_FALSE(goes_on(110, 110));
+}
+
 TEST_CASE("two boards in view are rejected") {
     const calib::board board = plain_board(6, 5);
     BoardImage one = board_image(board, 0.35, -0.25), two = board_image(board, 0.35, 0.25);
