@@ -31,8 +31,8 @@ MESSAGES = [
 FEATURES = ["census_plane", "gradient_row", "reverse_feature"]
 COSTS = ["tile_costs", "average_forward", "average_backward", "enter_tile_with_averages"]
 COLUMNS = [
-    "steps_above", "weights_above", "ring_cells", "blend_leaning", "member_cells", "member_shares", "climb",
-    "carry_up", "realign_columns", "descend", "carry_down",
+    "steps_above", "weights_above", "ring_cells", "blend_leaning", "member_cells", "member_shares", "average_up",
+    "carry_up", "realign_columns", "pass_down", "carry_down",
 ]
 ROWS = [
     "searched", "hide_outside", "first_lowest", "choose", "pass_right", "pass_left",

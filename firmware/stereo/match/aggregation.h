@@ -142,11 +142,11 @@ enum { COST_GROUPS = MATCH_ROWS_ABREAST / VECTOR_MEMBERS };
 
 // Averages of the costs up to each column from column `first` of the tile on, weighted by the edges
 // between. They lean, as a surface may be slanted along the row.
-MATCH_INLINE void average_forward(const struct cost_view *of, const struct match_tile *tile,
+MATCH_INLINE void average_forward(const struct cost_view *shared, const struct match_tile *tile,
                                   int x_begin, int first, int columns, const int groups,
                                   const bool sheared, const int lanes) {
     // A local copy, as stores of bytes might alias the original.
-    const struct cost_view view = *of;
+    const struct cost_view view = *shared;
     const match_share *shares_at[MATCH_ROWS_ABREAST];
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         shares_at[r] = view.line[r].cost.forward;
@@ -182,10 +182,10 @@ MATCH_INLINE void average_forward(const struct cost_view *of, const struct match
 }
 
 // Adds the averages of the costs to the right of each column to those from the left.
-MATCH_INLINE void average_backward(const struct cost_view *of, const struct match_tile *tile,
+MATCH_INLINE void average_backward(const struct cost_view *shared, const struct match_tile *tile,
                                    int x_begin, int columns, const int groups, const bool sheared,
                                    const int lanes) {
-    const struct cost_view view = *of;
+    const struct cost_view view = *shared;
     const match_share *joined_at[MATCH_ROWS_ABREAST];
     const match_share *backward_at[MATCH_ROWS_ABREAST];
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
@@ -305,8 +305,8 @@ MATCH_INLINE struct vector_shares member_shares(const match_share *shares) {
 
 // Adds row y to the averages of the rows below it, at `below`; the result goes to `to`, which may
 // be `below`.
-MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t *cost, uint8_t *to,
-                        const bool sheared, const int lanes) {
+MATCH_INLINE void average_up(const struct share_row *shares, uint8_t *below, uint8_t *cost,
+                             uint8_t *to, const bool sheared, const int lanes) {
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
         uint8_t *below_at[VECTOR_MEMBERS];
         uint8_t *cost_at[VECTOR_MEMBERS];
@@ -342,19 +342,19 @@ static inline void carry_up(struct column_view *view, int y, struct share_row *s
 }
 
 // Averages through the rows of the next band that are available, into `running`.
-MATCH_INLINE void climb_ahead(struct column_view *view, uint8_t *running, const bool sheared,
-                              const int lanes) {
+MATCH_INLINE void average_up_ahead(struct column_view *view, uint8_t *running, const bool sheared,
+                                   const int lanes) {
     for (int y = view->last - 1; y >= view->band->end; y--) {
         struct share_row shares;
         carry_up(view, y, &shares);
         shares.rise = -match_rise(view->next->slope_down, y + 1);
-        climb(&shares, running, ring_cells(view, view->next, y), running, sheared, lanes);
+        average_up(&shares, running, ring_cells(view, view->next, y), running, sheared, lanes);
     }
 }
 
 // Goes through the rows of the band: from_above of each row becomes the average of those below it.
-MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const bool sheared,
-                             const int lanes) {
+MATCH_INLINE void average_up_band(struct column_view *view, int y_begin, const bool sheared,
+                                  const int lanes) {
     const struct match_band *band = view->band;
     for (int y = y_begin; y >= band->begin; y--) {
         struct share_row shares;
@@ -362,9 +362,9 @@ MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const bool s
         shares.rise = -match_rise(view->tile->slope_down, y + 1);
         const int row = y - band->begin;
         if (row > 0) {
-            climb(&shares, match_cell(band->from_above[row], view->tile, 0),
-                  ring_cells(view, view->tile, y),
-                  match_cell(band->from_above[row - 1], view->tile, 0), sheared, lanes);
+            average_up(&shares, match_cell(band->from_above[row], view->tile, 0),
+                       ring_cells(view, view->tile, y),
+                       match_cell(band->from_above[row - 1], view->tile, 0), sheared, lanes);
         }
     }
 }
@@ -401,21 +401,21 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
             memcpy(match_cell(band->from_above[below_band - 2], tile, 0),
                    ring_cells(view, tile, last), (size_t)tile->lanes * MATCH_TILE_COLUMNS);
         }
-#define CLIMB_BAND(lanes, sheared) climb_band(view, last - 1, sheared, lanes)
-        MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_down, CLIMB_BAND);
-#undef CLIMB_BAND
+#define AVERAGE_UP_BAND(lanes, sheared) average_up_band(view, last - 1, sheared, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_down, AVERAGE_UP_BAND);
+#undef AVERAGE_UP_BAND
         return;
     }
     const struct match_tile *next = view->next;
     memcpy(running, ring_cells(view, next, last), (size_t)next->lanes * MATCH_TILE_COLUMNS);
-#define CLIMB_AHEAD(lanes, sheared) climb_ahead(view, running, sheared, lanes)
-    MATCH_WITH_CONSTANT_LANES(next->lanes, next->slope_down, CLIMB_AHEAD);
-#undef CLIMB_AHEAD
+#define AVERAGE_UP_AHEAD(lanes, sheared) average_up_ahead(view, running, sheared, lanes)
+    MATCH_WITH_CONSTANT_LANES(next->lanes, next->slope_down, AVERAGE_UP_AHEAD);
+#undef AVERAGE_UP_AHEAD
     realign_columns(running, next, ring_cells(view, tile, band->end - 1), tile,
                     match_cell(band->from_above[below_band - 1], tile, 0));
-#define CLIMB_BAND(lanes, sheared) climb_band(view, band->end - 1, sheared, lanes)
-    MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_down, CLIMB_BAND);
-#undef CLIMB_BAND
+#define AVERAGE_UP_BAND(lanes, sheared) average_up_band(view, band->end - 1, sheared, lanes)
+    MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_down, AVERAGE_UP_BAND);
+#undef AVERAGE_UP_BAND
 }
 
 #endif

@@ -42,12 +42,13 @@ static inline int match_range_ends(int disparity_count) {
 
 /// Indices of accepted disparities, counted from the lowest searched: those of the range, without
 /// its ends if nothing beyond them is searched.
-struct match_believed {
+struct match_accepted_range {
     int first, last;
 };
-static inline struct match_believed match_believed_of(const struct match_options *options) {
+static inline struct match_accepted_range match_accepted_range_of(
+    const struct match_options *options) {
     const int ends = match_range_ends(options->disparity_count);
-    return (struct match_believed){
+    return (struct match_accepted_range){
         options->extra_below > 0 ? options->extra_below : ends,
         options->extra_below + options->disparity_count - 1 - (options->extra_above > 0 ? 0 : ends),
     };
@@ -56,14 +57,14 @@ static inline struct match_believed match_believed_of(const struct match_options
 /// Accepts pixels that continue the surface around them, and that either the limit of the cost or
 /// the one of the margin rejected (REASON_OUT_OF_RANGE, REASON_AMBIGUOUS). Of the former, whole
 /// areas where the margin is high.
-void match_join(const struct match_options *options, const struct parallel *parallel,
-                struct match_output *output);
+void match_accept_supported(const struct match_options *options, const struct parallel *parallel,
+                            struct match_output *output);
 
 /// Mean margin of the winners around a pixel.
 int match_margin_around(const struct match_output *output, int x, int y);
 
-/// Memory that `match_evidence_run` takes, in bytes.
-size_t match_evidence_need_bytes(int width, int threads);
+/// Memory that `match_check_blocks` takes, in bytes.
+size_t match_check_blocks_need_bytes(int width, int threads);
 
 /// Changes REASON_VALID to REASON_OCCLUDED for pixels of a row without texture of their own,
 /// between occluded ones and an outline. `smooth`: 16 times the grey levels of the left image,
@@ -77,7 +78,7 @@ void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, u
 /// rivals. Then rejects what is hidden, by `match_reject_hidden`. The measure is `match_noise_q8`.
 /// `smoothing`: of the pair, by `match_smoothing`; where its texture is coarse, more must be valid.
 /// ERROR_MEMORY.
-int match_evidence_run(const struct match_input *input, int smoothing,
+int match_check_blocks(const struct match_input *input, int smoothing,
                        const struct parallel *parallel, struct arena *arena,
                        struct match_output *output);
 

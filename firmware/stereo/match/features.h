@@ -170,12 +170,13 @@ static void channel_rows(const struct match_level *level, const struct image_vie
 
 // Eight comparisons, one bit each, into the bits of `mask`. `pitch`: between the bytes of one
 // column of the window and those of the next.
-static void census_plane(uint8_t *const window[], int pitch, const struct match_comparison of[8],
-                         uint8_t mask, int width, uint8_t *restrict plane) {
+static void census_plane(uint8_t *const window[], int pitch,
+                         const struct match_comparison comparison[8], uint8_t mask, int width,
+                         uint8_t *restrict plane) {
     const uint8_t *pixel[8], *other[8];
     for (int i = 0; i < 8; i++) {
-        pixel[i] = window[of[i].row] + pitch * of[i].column;
-        other[i] = window[of[i].other_row] + pitch * of[i].other_column;
+        pixel[i] = window[comparison[i].row] + pitch * comparison[i].column;
+        other[i] = window[comparison[i].other_row] + pitch * comparison[i].other_column;
     }
     const uint8_t kept = (uint8_t)(UINT8_MAX - mask);
     for (int x = 0; x < width; x++) {

@@ -101,9 +101,9 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
 // `cost`. Together with the average from below, in `path_cost`, it becomes the average of all rows,
 // at `cost`. The path costs of the row above, at `previous`, become those of this row, at
 // `path_cost`.
-MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t *down,
-                          uint8_t *cost, uint8_t *previous, uint8_t *path_cost, const bool sheared,
-                          const int lanes) {
+MATCH_INLINE void pass_down(const struct column_shares *shares, bool below, uint8_t *down,
+                            uint8_t *cost, uint8_t *previous, uint8_t *path_cost,
+                            const bool sheared, const int lanes) {
     const struct vector small = vector_all(TUNE_P1);
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
         uint8_t *down_at[VECTOR_MEMBERS];
@@ -147,8 +147,8 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
     }
 }
 
-MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const bool sheared,
-                               const int lanes) {
+MATCH_INLINE void pass_down_band(struct column_view *view, uint8_t *spare, const bool sheared,
+                                 const int lanes) {
     const struct match_band *band = view->band;
     const struct match_tile *tile = view->tile;
     uint8_t *down = match_cell(band->down, tile, 0);
@@ -171,7 +171,7 @@ MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const b
         carry_down(view, y, &shares);
         cost = ring_cells(view, tile, y);
         uint8_t *path_cost = match_cell(band->from_above[y - band->begin], tile, 0);
-        descend(&shares, y < view->last, down, cost, previous, path_cost, sheared, lanes);
+        pass_down(&shares, y < view->last, down, cost, previous, path_cost, sheared, lanes);
         previous = path_cost;
     }
 }
@@ -195,9 +195,9 @@ static void columns(struct match_level *level, struct match_scratch *scratch, in
         for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
             view.mass[c] = down_mass[c];
         }
-#define DESCEND_BAND(lanes, sheared) descend_band(&view, scratch->running, sheared, lanes)
-        MATCH_WITH_CONSTANT_LANES(view.tile->lanes, view.tile->slope_down, DESCEND_BAND);
-#undef DESCEND_BAND
+#define PASS_DOWN_BAND(lanes, sheared) pass_down_band(&view, scratch->running, sheared, lanes)
+        MATCH_WITH_CONSTANT_LANES(view.tile->lanes, view.tile->slope_down, PASS_DOWN_BAND);
+#undef PASS_DOWN_BAND
         for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
             down_mass[c] = (uint16_t)view.mass[c];
         }

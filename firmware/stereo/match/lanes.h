@@ -65,54 +65,54 @@ MATCH_INLINE void store_lanes(const struct lanes *from, uint8_t *const at[], ptr
 // The lower neighbour and the upper neighbour of each lane, whichever is lower; those beyond the
 // ends are infinite. `before` is the original part before part k, even if `lanes` has been
 // overwritten there.
-MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct vector before,
+MATCH_INLINE struct vector lower_neighbour(const struct lanes *pixel, int k, struct vector before,
                                            const int lanes) {
     const struct vector after =
-        k + 1 < lanes / MATCH_LANES ? of->part[k + 1] : vector_all(UINT8_MAX);
-    return vector_min(vector_up(of->part[k], before), vector_down(of->part[k], after));
+        k + 1 < lanes / MATCH_LANES ? pixel->part[k + 1] : vector_all(UINT8_MAX);
+    return vector_min(vector_up(pixel->part[k], before), vector_down(pixel->part[k], after));
 }
 
 // Part k of an average, in which each lane may be replaced by a neighbour's value plus `price`: an
 // average along a slanted surface. `before` as above.
-MATCH_INLINE struct vector leaning(const struct lanes *of, int k, struct vector before,
+MATCH_INLINE struct vector leaning(const struct lanes *pixel, int k, struct vector before,
                                    struct vector price, const int lanes) {
-    const struct vector beside = lower_neighbour(of, k, before, lanes);
-    return vector_min(of->part[k], vector_add(beside, price));
+    const struct vector beside = lower_neighbour(pixel, k, before, lanes);
+    return vector_min(pixel->part[k], vector_add(beside, price));
 }
 
 // Moves all lanes up by `rise`, as far as a surface rises from one pixel to the next. Those that
 // come from beyond the ends are `low` and `high`. Not inlined: few tiles are slanted.
-static __attribute__((noinline)) void move_lanes(struct lanes *of, int rise, struct vector low,
+static __attribute__((noinline)) void move_lanes(struct lanes *pixel, int rise, struct vector low,
                                                  struct vector high, int lanes) {
     const int count = lanes / MATCH_LANES;
     for (int i = 0; i < rise; i++) {
         struct vector before = low;
         for (int k = 0; k < count; k++) {
-            const struct vector here = of->part[k];
-            of->part[k] = vector_up(here, before);
+            const struct vector here = pixel->part[k];
+            pixel->part[k] = vector_up(here, before);
             before = here;
         }
     }
     for (int i = 0; i > rise; i--) {
         for (int k = 0; k < count; k++) {
-            of->part[k] = vector_down(of->part[k], k + 1 < count ? of->part[k + 1] : high);
+            pixel->part[k] = vector_down(pixel->part[k], k + 1 < count ? pixel->part[k + 1] : high);
         }
     }
 }
 
-MATCH_INLINE void shear(struct lanes *of, int rise, struct vector low, struct vector high,
+MATCH_INLINE void shear(struct lanes *pixel, int rise, struct vector low, struct vector high,
                         const int lanes) {
     if (rise != 0) {
-        move_lanes(of, rise, low, high, lanes);
+        move_lanes(pixel, rise, low, high, lanes);
     }
 }
 
 // Shears an average as it arrives in the pixel of `at` and `cell`, whose own costs at the ends of
 // its window stand for what lies beyond these.
-MATCH_INLINE void shear_average(struct lanes *of, int rise, const uint8_t *const at[],
+MATCH_INLINE void shear_average(struct lanes *pixel, int rise, const uint8_t *const at[],
                                 ptrdiff_t cell, const int lanes) {
     if (rise != 0) {
-        move_lanes(of, rise, vector_each(at, cell), vector_each(at, cell + lanes - 1), lanes);
+        move_lanes(pixel, rise, vector_each(at, cell), vector_each(at, cell + lanes - 1), lanes);
     }
 }
 

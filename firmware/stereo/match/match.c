@@ -67,7 +67,7 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     struct match_memory memory = {0};
     match_take_memory(&state, &memory);
     const size_t filtering = speckle_filter_need_bytes(width, options->speckle_px, threads);
-    const size_t evidence = match_evidence_need_bytes(width, threads);
+    const size_t evidence = match_check_blocks_need_bytes(width, threads);
     const size_t after = filtering > evidence ? filtering : evidence;
     return memory.need_bytes > after ? memory.need_bytes : after;
 }

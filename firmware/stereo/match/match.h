@@ -20,7 +20,7 @@ extern "C" {
 /// A compiled set of inner loops, see kernels.h.
 struct match_kernels;
 
-/// Trade-offs of error, time and memory, measured in match.md.
+/// Trade-offs of error, time and memory, measured in RESULTS.md.
 enum match_preset {
     MATCH_PRESET_FAST,      // every other row, near a surface found at a quarter of the width
     MATCH_PRESET_STANDARD,  // near a surface found at a quarter of the width

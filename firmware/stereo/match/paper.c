@@ -27,7 +27,7 @@
 // texture mislead a walk for as long as they last. This is inherent in the method: it leaves
 // horizontal stripes.
 //
-// Measured on eight recorded pairs with ground truth (the Middlebury ones of match.md), "filled"
+// Measured on eight recorded pairs with ground truth (the Middlebury ones of RESULTS.md), "filled"
 // by the rule of `vergence evaluate`: mean bad-1.0 is 7.7 %, from 1.8 % (venus) to 19.2 % (Art);
 // 10.3 % if a walk may not switch to the other's path, 8.7 % without repair. Of the kept pixels,
 // 3.3 % are off by more than 1 px, at a density of 87 %.
@@ -388,9 +388,9 @@ static enum reason validate(const struct paper *paper, int x, int y, const int *
                             int margin) {
     const struct column *column = &paper->column[x];
     INVARIANT(!column->kept || (sum[HERE] >= 0 && sum[HERE] <= count * SIGNATURE_BITS));
-    const struct match_believed believed = match_believed_of(paper->options);
+    const struct match_accepted_range accepted = match_accepted_range_of(paper->options);
     const int index = column->disparity - paper->first;
-    const bool at_end = index < believed.first || index > believed.last;
+    const bool at_end = index < accepted.first || index > accepted.last;
     enum reason reason = REASON_VALID;
     if (!column->kept) {
         reason = REASON_OCCLUDED;

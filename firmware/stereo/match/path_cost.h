@@ -71,10 +71,11 @@ struct row_view {
 };
 
 // Path costs from the left through one tile, each added to the one from above.
-MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile *tile, int x_begin,
-                             int columns, const int groups, const bool sheared, const int lanes) {
+MATCH_INLINE void pass_right(const struct row_view *shared, const struct match_tile *tile,
+                             int x_begin, int columns, const int groups, const bool sheared,
+                             const int lanes) {
     // A local copy, as stores of bytes might alias the original.
-    const struct row_view view = *of;
+    const struct row_view view = *shared;
     const uint8_t *penalty[MATCH_ROWS_ABREAST];
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty;

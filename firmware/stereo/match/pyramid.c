@@ -25,7 +25,7 @@ static void set_level(struct match_level *level, int width, int height, int disp
     level->disparity_min = disparity_min;
     level->disparity_count = disparity_count;
     const int ends = match_range_ends(disparity_count);
-    level->believed = (struct match_believed){ends, disparity_count - 1 - ends};
+    level->accepted = (struct match_accepted_range){ends, disparity_count - 1 - ends};
     level->lanes = padded_lanes(disparity_count);
     const int front = -disparity_min;
     const int behind = disparity_min + level->lanes;
@@ -67,7 +67,7 @@ void match_set_levels(struct match_state *state, int width, int height) {
     state->level[0] = (struct match_level){.state = state, .shift_y = method->halved_rows};
     set_level(&state->level[0], width, height >> method->halved_rows,
               match_searched_min(&state->options), match_searched_count(&state->options));
-    state->level[0].believed = match_believed_of(&state->options);
+    state->level[0].accepted = match_accepted_range_of(&state->options);
     state->levels = 1;
     while (state->levels < MATCH_MAX_LEVELS && is_halved(&state->level[state->levels - 1])) {
         struct match_level *finer = &state->level[state->levels - 1];
@@ -95,12 +95,12 @@ void match_set_levels(struct match_state *state, int width, int height) {
 
 // Lowest and highest index that the coarser level found near a tile; low > high: none was found.
 // `default_value`: roughly where most of them are.
-struct reach {
+struct search_bounds {
     int low, high, default_value;
     bool doubtful;  // most have a rival
 };
 
-static const struct reach NOWHERE = {UINT16_MAX, -1, 0, false};
+static const struct search_bounds NOT_FOUND = {UINT16_MAX, -1, 0, false};
 
 enum {
     DIFFERENCE_MAX = MATCH_SLOPE_MAX * TUNE_SLOPE_STEP * MATCH_SURFACE_ONE / MATCH_SLOPE_ONE,
@@ -193,8 +193,8 @@ static void search_columns(const struct match_level *level, int band_begin,
     }
 }
 
-static struct reach reach_of_tile(const struct match_level *level, int t,
-                                  const struct columns_found *found) {
+static struct search_bounds bounds_of_tile(const struct match_level *level, int t,
+                                           const struct columns_found *found) {
     const uint16_t *lowest = found->lowest;
     const int16_t *highest = found->highest;
     const int width = level->coarser->width;
@@ -203,22 +203,22 @@ static struct reach reach_of_tile(const struct match_level *level, int t,
     int end = ((t + 1) * MATCH_TILE_COLUMNS >> halvings_x(level)) + around;
     begin = begin > 0 ? begin : 0;
     end = end < width ? end : width;
-    struct reach reach = NOWHERE;
+    struct search_bounds bounds = NOT_FOUND;
     int sum = 0;
     int count = 0;
     int doubts = 0;
     for (int x = begin; x < end; x++) {
-        reach.low = lowest[x] < reach.low ? lowest[x] : reach.low;
-        reach.high = highest[x] > reach.high ? highest[x] : reach.high;
+        bounds.low = lowest[x] < bounds.low ? lowest[x] : bounds.low;
+        bounds.high = highest[x] > bounds.high ? highest[x] : bounds.high;
         doubts += found->doubts[x];
         if (highest[x] >= 0) {
             sum += lowest[x] + highest[x];
             count += 2;
         }
     }
-    reach.default_value = count > 0 ? sum / count : 0;
-    reach.doubtful = doubts > 0;
-    return reach;
+    bounds.default_value = count > 0 ? sum / count : 0;
+    bounds.doubtful = doubts > 0;
+    return bounds;
 }
 
 static int clamp(int value, int low, int high) {
@@ -229,15 +229,15 @@ bool match_searches_whole_range(const struct match_level *level) {
     return level->state->method->whole_range && match_is_finest(level);
 }
 
-// The window around a reach. Where rounding leaves room, it keeps the position of the tile above,
+// The window around a bounds. Where rounding allows it, it keeps the position of the tile above,
 // so that cells need not be moved between windows.
-static void set_window(const struct match_level *level, struct reach reach, int max_lanes,
+static void set_window(const struct match_level *level, struct search_bounds bounds, int max_lanes,
                        int base_above, struct match_tile *tile) {
     const int count = level->disparity_count;
     const int margin = level->state->method->margin;
     const bool whole_range = match_searches_whole_range(level);
-    int low = clamp(reach.low - margin, 0, count - 1);
-    int high = clamp(reach.high + margin, low, count - 1);
+    int low = clamp(bounds.low - margin, 0, count - 1);
+    int high = clamp(bounds.high + margin, low, count - 1);
     if (whole_range) {
         const int first = level->state->options.extra_below;
         const int last = count - 1 - level->state->options.extra_above;
@@ -248,41 +248,42 @@ static void set_window(const struct match_level *level, struct reach reach, int 
     int lowest_base = high + 1 - lanes;
     int highest_base = low;
     if (lanes > max_lanes) {
-        // Not enough room: keep the end with the majority.
+        // Not enough memory: keep the end with the majority.
         lanes = max_lanes;
         lowest_base = highest_base =
-            reach.default_value - low < high - reach.default_value ? low : high + 1 - lanes;
+            bounds.default_value - low < high - bounds.default_value ? low : high + 1 - lanes;
     }
     lowest_base = clamp(lowest_base, 0, level->lanes - lanes);
     highest_base = clamp(highest_base, lowest_base, level->lanes - lanes);
     tile->base = (int16_t)clamp(base_above, lowest_base, highest_base);
     tile->lanes = (int16_t)lanes;
-    tile->doubtful = reach.doubtful && !whole_range;
+    tile->doubtful = bounds.doubtful && !whole_range;
     INVARIANT(lanes > 0 && tile->base >= 0 && tile->base + lanes <= level->lanes);
 }
 
 // Tiles without findings of the coarser level lie between their neighbours' surfaces.
-static void close_gaps(const struct match_level *level, struct reach *reaches) {
-    const struct reach all = {0, level->disparity_count - 1, level->disparity_count / 2, false};
-    struct reach before = NOWHERE;
+static void close_gaps(const struct match_level *level, struct search_bounds *bounds) {
+    const struct search_bounds all = {0, level->disparity_count - 1, level->disparity_count / 2,
+                                      false};
+    struct search_bounds before = NOT_FOUND;
     for (int t = 0; t < level->tiles; t++) {
-        if (reaches[t].low <= reaches[t].high) {
-            before = reaches[t];
+        if (bounds[t].low <= bounds[t].high) {
+            before = bounds[t];
             continue;
         }
         int after = t;
-        while (after < level->tiles && reaches[after].low > reaches[after].high) {
+        while (after < level->tiles && bounds[after].low > bounds[after].high) {
             after++;
         }
-        struct reach joined = before;
+        struct search_bounds joined = before;
         if (after < level->tiles) {
-            const struct reach *other = &reaches[after];
+            const struct search_bounds *other = &bounds[after];
             joined.low = other->low < joined.low ? other->low : joined.low;
             joined.high = other->high > joined.high ? other->high : joined.high;
         }
         joined = joined.low <= joined.high ? joined : all;
         for (; t < after; t++) {
-            reaches[t] = joined;
+            bounds[t] = joined;
         }
         t--;
     }
@@ -307,7 +308,7 @@ static struct area area_of_tile(const struct match_level *level, int band_begin,
 // DIFFERENCE_MAX. Those that are not known are INT16_MAX.
 struct differences {
     int known, all;
-    int16_t of[DIFFERENCES_MAX];
+    int16_t value[DIFFERENCES_MAX];
 };
 
 static inline int16_t limited(int16_t difference) {
@@ -326,7 +327,7 @@ static void take_differences(const struct match_level *level, const struct area 
         const int16_t *restrict from = level->surface[y % level->surface_rows] + area->x_begin;
         const int16_t *restrict to =
             level->surface[(y + dy) % level->surface_rows] + area->x_begin + dx;
-        int16_t *restrict of = taken->of + taken->all;
+        int16_t *restrict value = taken->value + taken->all;
         int16_t known = 0;
         for (int x = 0; x < columns; x++) {
             const int16_t before = from[x];
@@ -334,7 +335,7 @@ static void take_differences(const struct match_level *level, const struct area 
             const int16_t difference = limited(
                 (int16_t)((after & (MATCH_DOUBTFUL - 1)) - (before & (MATCH_DOUBTFUL - 1))));
             const int16_t is_known = (before >= 0) & (after >= 0);
-            of[x] = is_known != 0 ? difference : INT16_MAX;
+            value[x] = is_known != 0 ? difference : INT16_MAX;
             known = (int16_t)(known + is_known);
         }
         taken->known += known;
@@ -349,7 +350,7 @@ static int median_of(const struct differences *taken) {
         const int16_t candidate = (int16_t)(median + step);
         int16_t below = 0;
         for (int i = 0; i < taken->all; i++) {
-            below = (int16_t)(below + (taken->of[i] < candidate));
+            below = (int16_t)(below + (taken->value[i] < candidate));
         }
         median = below <= taken->known / 2 ? candidate : median;
     }
@@ -363,9 +364,9 @@ static int near_differences(const struct differences *taken, int middle, int *su
     int near = 0;
     *sum = 0;
     for (int i = 0; i < taken->all; i++) {
-        const int is_near = (taken->of[i] >= low) & (taken->of[i] <= high);
+        const int is_near = (taken->value[i] >= low) & (taken->value[i] <= high);
         near += is_near;
-        *sum += is_near != 0 ? taken->of[i] : 0;
+        *sum += is_near != 0 ? taken->value[i] : 0;
     }
     return near;
 }
@@ -464,11 +465,11 @@ void match_plan_slopes(const struct match_level *level, int band_begin, struct m
 void match_plan_windows(const struct match_level *level, int band_begin,
                         const struct match_scratch *scratch, const struct match_tile *above,
                         struct match_tile *tiles) {
-    struct reach reaches[TILES_MAX];
+    struct search_bounds bounds[TILES_MAX];
     INVARIANT(level->tiles <= TILES_MAX);
     if (match_searches_everything(level)) {
         for (int t = 0; t < level->tiles; t++) {
-            reaches[t] = (struct reach){0, level->disparity_count - 1, 0, false};
+            bounds[t] = (struct search_bounds){0, level->disparity_count - 1, 0, false};
         }
     } else {
         // Nothing is in progress: the working memory of one thread is free.
@@ -476,21 +477,21 @@ void match_plan_windows(const struct match_level *level, int band_begin,
                                             (int16_t *)scratch->line[1].cost.forward};
         search_columns(level, band_begin, &found);
         for (int t = 0; t < level->tiles; t++) {
-            reaches[t] = reach_of_tile(level, t, &found);
+            bounds[t] = bounds_of_tile(level, t, &found);
         }
-        close_gaps(level, reaches);
+        close_gaps(level, bounds);
     }
     // Narrows the windows until the row fits its memory.
-    const size_t room = level->row_bytes / MATCH_TILE_COLUMNS;
+    const size_t capacity = level->row_bytes / MATCH_TILE_COLUMNS;
     int max_lanes = level->lanes;
     int lanes;
     do {
         lanes = 0;
         for (int t = 0; t < level->tiles; t++) {
-            set_window(level, reaches[t], max_lanes, above[t].base, &tiles[t]);
+            set_window(level, bounds[t], max_lanes, above[t].base, &tiles[t]);
             tiles[t].offset = lanes * MATCH_TILE_COLUMNS;
             lanes += tiles[t].lanes;
         }
         max_lanes -= MATCH_LANES;
-    } while ((size_t)lanes > room);
+    } while ((size_t)lanes > capacity);
 }

@@ -112,10 +112,10 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
 }
 
 // Path costs from the right through one tile, each added to the others; chooses the winners.
-MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *tile, int x_begin,
-                            int columns, const bool hide, const int groups, const bool sheared,
-                            const int lanes) {
-    const struct row_view view = *of;
+MATCH_INLINE void pass_left(const struct row_view *shared, const struct match_tile *tile,
+                            int x_begin, int columns, const bool hide, const int groups,
+                            const bool sheared, const int lanes) {
+    const struct row_view view = *shared;
     const uint8_t *penalty[MATCH_ROWS_ABREAST];
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty + 1;

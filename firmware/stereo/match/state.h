@@ -132,7 +132,7 @@ struct match_level {
     int width, height;
     int tiles;  // a row
     int disparity_min, disparity_count;
-    struct match_believed believed;
+    struct match_accepted_range accepted;
     int right_pad;     // padding in front of the reversed right features
     int right_length;  // of the padded features
     int lanes;         // most lanes of a tile

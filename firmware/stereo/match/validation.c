@@ -14,7 +14,7 @@
 #include "stereo/match/checks.h"
 #include "stereo/match/state.h"
 
-enum { MEAN_MARGIN_STEP = 4, MARK_JOINED = 0x40 };
+enum { MEAN_MARGIN_STEP = 4, MARK_SUPPORTED = 0x40 };
 
 // The pixels of the image up to so many columns and rows from (x, y).
 struct window {
@@ -45,16 +45,16 @@ int match_margin_around(const struct match_output *output, int x, int y) {
     return sum / count;
 }
 
-struct joining {
+struct support_check {
     struct match_output *output;
-    struct match_believed believed;
+    struct match_accepted_range accepted;
     int lowest;  // disparity searched
     int parts;
 };
 
 // Number of pixels around (x, y) that continue its surface: accepted ones, and those rejected for
 // the reason `too`; REASON_VALID for none.
-static int companions(const struct match_output *output, int x, int y, uint8_t too) {
+static int support_count(const struct match_output *output, int x, int y, uint8_t too) {
     const int32_t here_q8 = image_i32_row(&output->disparity_q8, y)[x];
     const struct window window = window_at(output, x, y, TUNE_SUPPORT_COLUMNS, TUNE_SUPPORT_ROWS);
     int count = 0;
@@ -64,7 +64,7 @@ static int companions(const struct match_output *output, int x, int y, uint8_t t
         for (int i = window.x_begin; i < window.x_end; i++) {
             const int32_t step_q8 = disparity_q8[i] - here_q8;
             // Marked pixels count as what they were, whichever is looked at first.
-            const uint8_t was = reason[i] & (MARK_JOINED - 1);
+            const uint8_t was = reason[i] & (MARK_SUPPORTED - 1);
             count += ((reason[i] == REASON_VALID) | (was == too)) & (step_q8 <= TUNE_SUPPORT_STEP) &
                      (step_q8 >= -TUNE_SUPPORT_STEP);
         }
@@ -73,24 +73,24 @@ static int companions(const struct match_output *output, int x, int y, uint8_t t
 }
 
 // Whether one check alone rejected the winner: the limit of its cost, or that of its margin.
-static bool is_doubtful(const struct match_believed *believed, int index, uint8_t reason,
-                        uint8_t confidence) {
+static bool failed_one_limit(const struct match_accepted_range *accepted, int index, uint8_t reason,
+                             uint8_t confidence) {
     return reason == REASON_AMBIGUOUS ||
            (reason == REASON_OUT_OF_RANGE && confidence >= TUNE_MARGIN_MIN &&
-            index >= believed->first && index <= believed->last);
+            index >= accepted->first && index <= accepted->last);
 }
 
-// Whether winners around that only their cost rejected are as good as accepted ones: where texture
+// Whether winners around that only their cost rejected count as accepted ones: where texture
 // is faint noise makes correct ones expensive, but their rivals stay far behind.
-static bool continues_distinct(const struct match_output *output, int x, int y) {
+static bool has_costly_support(const struct match_output *output, int x, int y) {
     return match_margin_around(output, x, y) >= TUNE_MEAN_MARGIN_CLEAR &&
-           companions(output, x, y, REASON_OUT_OF_RANGE) >= TUNE_SUPPORT_COST;
+           support_count(output, x, y, REASON_OUT_OF_RANGE) >= TUNE_SUPPORT_COST;
 }
 
 // The cost of a winner grows with the slope of its surface and with differences of the lenses, and
 // its margin shrinks: correct ones that limits alone reject are kept if they continue a surface.
-static void join_rows(const struct joining *of, int y_begin, int y_end) {
-    struct match_output *output = of->output;
+static void mark_supported(const struct support_check *check, int y_begin, int y_end) {
+    struct match_output *output = check->output;
     const int width = output->reason.width;
     for (int y = y_begin; y < y_end; y++) {
         uint8_t *reason = image_u8_row(&output->reason, y);
@@ -100,59 +100,60 @@ static void join_rows(const struct joining *of, int y_begin, int y_end) {
             if (reason[x] == REASON_VALID) {
                 continue;
             }
-            const int index = match_whole_disparity(disparity_q8[x]) - of->lowest;
+            const int index = match_whole_disparity(disparity_q8[x]) - check->lowest;
             const bool expensive = reason[x] == REASON_OUT_OF_RANGE;
             const int min = expensive ? TUNE_SUPPORT_COST : TUNE_SUPPORT_RIVAL;
-            if (is_doubtful(&of->believed, index, reason[x], confidence[x]) &&
-                (companions(output, x, y, REASON_VALID) >= min ||
-                 (expensive && continues_distinct(output, x, y)))) {
-                reason[x] = (uint8_t)(reason[x] | MARK_JOINED);
+            if (failed_one_limit(&check->accepted, index, reason[x], confidence[x]) &&
+                (support_count(output, x, y, REASON_VALID) >= min ||
+                 (expensive && has_costly_support(output, x, y)))) {
+                reason[x] = (uint8_t)(reason[x] | MARK_SUPPORTED);
             }
         }
     }
 }
 
 // Row `half` of the 2 x parts halves.
-static int half_row(const struct joining *of, int half) {
-    return of->output->reason.height * half / (2 * of->parts);
+static int half_row(const struct support_check *check, int half) {
+    return check->output->reason.height * half / (2 * check->parts);
 }
 
 // A pass over the upper halves of all parts reads no row that another part writes in it, nor does
 // one over the lower halves.
-static void join_upper_half(void *context, int index) {
-    const struct joining *of = context;
-    join_rows(of, half_row(of, 2 * index), half_row(of, 2 * index + 1));
+static void mark_upper_half(void *context, int index) {
+    const struct support_check *check = context;
+    mark_supported(check, half_row(check, 2 * index), half_row(check, 2 * index + 1));
 }
 
-static void join_lower_half(void *context, int index) {
-    const struct joining *of = context;
-    join_rows(of, half_row(of, 2 * index + 1), half_row(of, 2 * index + 2));
+static void mark_lower_half(void *context, int index) {
+    const struct support_check *check = context;
+    mark_supported(check, half_row(check, 2 * index + 1), half_row(check, 2 * index + 2));
 }
 
-static void accept_joined(void *context, int index) {
-    const struct joining *of = context;
-    const int width = of->output->reason.width;
-    const int y_end = half_row(of, 2 * index + 2);
-    for (int y = half_row(of, 2 * index); y < y_end; y++) {
-        uint8_t *restrict reason = image_u8_row(&of->output->reason, y);
+static void accept_marked(void *context, int index) {
+    const struct support_check *check = context;
+    const int width = check->output->reason.width;
+    const int y_end = half_row(check, 2 * index + 2);
+    for (int y = half_row(check, 2 * index); y < y_end; y++) {
+        uint8_t *restrict reason = image_u8_row(&check->output->reason, y);
         for (int x = 0; x < width; x++) {
-            reason[x] = reason[x] >= MARK_JOINED ? (uint8_t)REASON_VALID : reason[x];
+            reason[x] = reason[x] >= MARK_SUPPORTED ? (uint8_t)REASON_VALID : reason[x];
         }
     }
 }
 
-void match_join(const struct match_options *options, const struct parallel *parallel,
-                struct match_output *output) {
+void match_accept_supported(const struct match_options *options, const struct parallel *parallel,
+                            struct match_output *output) {
     // Halves that are lower than the window would meet.
     const int parts_max = output->reason.height / (2 * TUNE_SUPPORT_ROWS);
-    struct joining of = {.output = output,
-                         .believed = match_believed_of(options),
-                         .lowest = match_searched_min(options),
-                         .parts = parallel->threads < parts_max ? parallel->threads : parts_max};
-    INVARIANT(of.parts >= 1);
-    parallel->run(parallel->self, join_upper_half, &of, of.parts);
-    parallel->run(parallel->self, join_lower_half, &of, of.parts);
-    parallel->run(parallel->self, accept_joined, &of, of.parts);
+    struct support_check check = {
+        .output = output,
+        .accepted = match_accepted_range_of(options),
+        .lowest = match_searched_min(options),
+        .parts = parallel->threads < parts_max ? parallel->threads : parts_max};
+    INVARIANT(check.parts >= 1);
+    parallel->run(parallel->self, mark_upper_half, &check, check.parts);
+    parallel->run(parallel->self, mark_lower_half, &check, check.parts);
+    parallel->run(parallel->self, accept_marked, &check, check.parts);
 }
 
 enum {
@@ -161,7 +162,7 @@ enum {
     ROW_STEP = 2,    // between rows whose texture is measured
     SLOPE_ROWS = 3,  // smoothed rows in use
     MAX_PARTS = 8,
-    NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see slopes_of
+    NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see add_slopes
     // Blocks to each side: of those with texture that are counted, and for the share of the pixels
     // that the checks of single pixels accepted.
     NEAR_BLOCKS = 1,
@@ -173,7 +174,7 @@ enum {
 struct part {
     int begin, end;
     uint16_t *smooth[SLOPE_ROWS];  // rows y - 2, y and y + 2, smoothed by (1 2 1) both ways
-    uint8_t *at_rim;               // by column: whether a depth edge is near
+    uint8_t *near_depth_edge;      // by column: whether a depth edge is near
     uint32_t *along, *upright;     // by block of a row: squared slopes
     uint32_t *slopes;              // and their number
 };
@@ -188,7 +189,7 @@ struct block {
     uint8_t share;     // of the accepted pixels around, in 1/255 of those seen
 };
 
-struct evidence {
+struct block_check {
     const struct match_input *input;
     struct match_output *output;
     uint32_t noise_q8;
@@ -242,10 +243,10 @@ static void smooth_row(const struct match_input *input, int y, uint16_t *smooth)
 }
 
 // Marks the columns of row y that are near a depth edge.
-static void mark_rims(const struct match_output *output, int y, uint8_t *at_rim) {
+static void mark_depth_edges(const struct match_output *output, int y, uint8_t *near_depth_edge) {
     const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
     const int width = output->reason.width;
-    memset(at_rim, 0, (size_t)width);
+    memset(near_depth_edge, 0, (size_t)width);
     for (int x = PAD; x < width - PAD; x++) {
         const int32_t step_q8 = disparity_q8[x + PAD] - disparity_q8[x - PAD];
         if (step_q8 > TUNE_DEPTH_EDGE_PX * DISPARITY_ONE ||
@@ -253,7 +254,7 @@ static void mark_rims(const struct match_output *output, int y, uint8_t *at_rim)
             const int begin = x > TUNE_DEPTH_EDGE_COLUMNS ? x - TUNE_DEPTH_EDGE_COLUMNS : 0;
             const int end =
                 x + TUNE_DEPTH_EDGE_COLUMNS < width ? x + TUNE_DEPTH_EDGE_COLUMNS + 1 : width;
-            memset(at_rim + begin, 1, (size_t)(end - begin));
+            memset(near_depth_edge + begin, 1, (size_t)(end - begin));
         }
     }
 }
@@ -261,18 +262,18 @@ static void mark_rims(const struct match_output *output, int y, uint8_t *at_rim)
 // Adds the squared slopes over four pixels, along row and column, of the middle row, of columns
 // away from depth edges. Smoothing leaves 36 / 256 of the variance of the noise, a difference of
 // two has twice that: 72 times that of a pixel, as the rows hold sixteen times the grey levels.
-static void slopes_of(const struct evidence *of, const struct part *part) {
+static void add_slopes(const struct block_check *check, const struct part *part) {
     const uint16_t *restrict above = part->smooth[0] + PAD;
     const uint16_t *restrict here = part->smooth[1] + PAD;
     const uint16_t *restrict below = part->smooth[2] + PAD;
-    const int width = of->output->reason.width;
-    for (int b = 0; b < of->blocks; b++) {
+    const int width = check->output->reason.width;
+    for (int b = 0; b < check->blocks; b++) {
         const int x_end = (b + 1) * BLOCK < width ? (b + 1) * BLOCK : width;
         uint32_t along = 0;
         uint32_t upright = 0;
         uint32_t slopes = 0;
         for (int x = b * BLOCK; x < x_end; x++) {
-            const uint32_t counts = part->at_rim[x] == 0;
+            const uint32_t counts = part->near_depth_edge[x] == 0;
             const int32_t slope_x = here[x + 2] - here[x - 2];
             const int32_t slope_y = below[x] - above[x];
             along += counts * (uint32_t)(slope_x * slope_x);
@@ -286,17 +287,17 @@ static void slopes_of(const struct evidence *of, const struct part *part) {
 }
 
 // Judges the slopes of three blocks in a row.
-static void judge_slopes(const struct evidence *of, const struct part *part, int b,
-                         struct block *block) {
+static void classify_texture(const struct block_check *check, const struct part *part, int b,
+                             struct block *block) {
     uint64_t along = 0;
     uint64_t upright = 0;
     uint64_t slopes = 0;
     for (int i = -1; i <= 1; i++) {
-        along += part->along[clamped(b + i, of->blocks)];
-        upright += part->upright[clamped(b + i, of->blocks)];
-        slopes += part->slopes[clamped(b + i, of->blocks)];
+        along += part->along[clamped(b + i, check->blocks)];
+        upright += part->upright[clamped(b + i, check->blocks)];
+        slopes += part->slopes[clamped(b + i, check->blocks)];
     }
-    const uint64_t noise = slopes * NOISE_OF_SLOPE * of->noise_q8 / 256;
+    const uint64_t noise = slopes * NOISE_OF_SLOPE * check->noise_q8 / 256;
     const uint64_t signal_min = (TUNE_SIGNAL + 1) * noise;
     const uint64_t structure = upright > noise ? upright - noise : 0;
     block->sloped = slopes > 0 && along >= signal_min;
@@ -307,7 +308,7 @@ static void judge_slopes(const struct evidence *of, const struct part *part, int
 
 // Whether the pixels between two accepted ones, the second of which is in front by a step, are
 // hidden from the right camera: they are not wider than 3/2 of it.
-static bool hides(int32_t step_q8, int between) {
+static bool is_hidden_gap(int32_t step_q8, int between) {
     return step_q8 >= TUNE_HIDDEN_STEP_PX * DISPARITY_ONE &&
            2 * between * DISPARITY_ONE <= 3 * step_q8;
 }
@@ -332,7 +333,7 @@ static void count_pixels(const struct match_output *output, int y, struct block 
         if (reason[x] != REASON_VALID) {
             before = reason[x - 1] == REASON_VALID ? x - 1 : before;
         } else if (reason[x - 1] != REASON_VALID && before < x &&
-                   hides(disparity_q8[x] - disparity_q8[before], x - before - 1)) {
+                   is_hidden_gap(disparity_q8[x] - disparity_q8[before], x - before - 1)) {
             for (int i = before + 1; i < x; i++) {
                 if (reason[i] != REASON_BORDER) {
                     blocks[i / BLOCK].seen--;
@@ -342,54 +343,54 @@ static void count_pixels(const struct match_output *output, int y, struct block 
     }
 }
 
-static struct block *block_row_of(const struct evidence *of, int block_row) {
-    return of->map + (size_t)block_row * (size_t)of->blocks;
+static struct block *block_row_of(const struct block_check *check, int block_row) {
+    return check->map + (size_t)block_row * (size_t)check->blocks;
 }
 
-static void measure_row(const struct evidence *of, struct part *part, int block_row) {
-    INVARIANT(block_row >= 0 && block_row < of->block_rows);
-    struct block *blocks = block_row_of(of, block_row);
-    memset(blocks, 0, (size_t)of->blocks * sizeof *blocks);
-    memset(part->along, 0, (size_t)of->blocks * sizeof *part->along);
-    memset(part->upright, 0, (size_t)of->blocks * sizeof *part->upright);
-    memset(part->slopes, 0, (size_t)of->blocks * sizeof *part->slopes);
-    const int height = of->output->reason.height;
+static void measure_row(const struct block_check *check, struct part *part, int block_row) {
+    INVARIANT(block_row >= 0 && block_row < check->block_rows);
+    struct block *blocks = block_row_of(check, block_row);
+    memset(blocks, 0, (size_t)check->blocks * sizeof *blocks);
+    memset(part->along, 0, (size_t)check->blocks * sizeof *part->along);
+    memset(part->upright, 0, (size_t)check->blocks * sizeof *part->upright);
+    memset(part->slopes, 0, (size_t)check->blocks * sizeof *part->slopes);
+    const int height = check->output->reason.height;
     const int begin = block_row * BLOCK;
     for (int y = begin; y < begin + BLOCK && y < height; y++) {
-        count_pixels(of->output, y, blocks);
+        count_pixels(check->output, y, blocks);
         if ((y - begin) % ROW_STEP != 0) {
             continue;
         }
         if (y == begin) {
-            smooth_row(of->input, y - ROW_STEP, part->smooth[0]);
-            smooth_row(of->input, y, part->smooth[1]);
+            smooth_row(check->input, y - ROW_STEP, part->smooth[0]);
+            smooth_row(check->input, y, part->smooth[1]);
         } else {
             uint16_t *oldest = part->smooth[0];
             part->smooth[0] = part->smooth[1];
             part->smooth[1] = part->smooth[2];
             part->smooth[2] = oldest;
         }
-        smooth_row(of->input, y + ROW_STEP, part->smooth[2]);
-        mark_rims(of->output, y, part->at_rim);
-        slopes_of(of, part);
+        smooth_row(check->input, y + ROW_STEP, part->smooth[2]);
+        mark_depth_edges(check->output, y, part->near_depth_edge);
+        add_slopes(check, part);
     }
-    for (int b = 0; b < of->blocks; b++) {
-        judge_slopes(of, part, b, &blocks[b]);
+    for (int b = 0; b < check->blocks; b++) {
+        classify_texture(check, part, b, &blocks[b]);
     }
 }
 
-// Of a block and those up to `reach` away.
+// Of a block and those up to `far` away.
 struct sums {
     int textured, strong, seen, accepted;
 };
 
-static struct sums sums_around(const struct evidence *of, int block_row, int b, int reach) {
-    const int row_last = clamped(block_row + reach, of->block_rows);
-    const int last = clamped(b + reach, of->blocks);
+static struct sums sums_around(const struct block_check *check, int block_row, int b, int far) {
+    const int row_last = clamped(block_row + far, check->block_rows);
+    const int last = clamped(b + far, check->blocks);
     struct sums sums = {0};
-    for (int r = clamped(block_row - reach, of->block_rows); r <= row_last; r++) {
-        const struct block *blocks = block_row_of(of, r);
-        for (int i = clamped(b - reach, of->blocks); i <= last; i++) {
+    for (int r = clamped(block_row - far, check->block_rows); r <= row_last; r++) {
+        const struct block *blocks = block_row_of(check, r);
+        for (int i = clamped(b - far, check->blocks); i <= last; i++) {
             sums.textured += blocks[i].textured;
             sums.strong += blocks[i].strong;
             sums.seen += blocks[i].seen;
@@ -401,63 +402,63 @@ static struct sums sums_around(const struct evidence *of, int block_row, int b, 
 }
 
 // Whether one of the blocks around has that share.
-static bool reaches_share(const struct evidence *of, int block_row, int b, int share_min) {
-    const int row_last = clamped(block_row + SHARE_BLOCKS, of->block_rows);
-    const int last = clamped(b + SHARE_BLOCKS, of->blocks);
-    bool reaches = false;
-    for (int r = clamped(block_row - SHARE_BLOCKS, of->block_rows); r <= row_last && !reaches;
+static bool has_share_around(const struct block_check *check, int block_row, int b, int share_min) {
+    const int row_last = clamped(block_row + SHARE_BLOCKS, check->block_rows);
+    const int last = clamped(b + SHARE_BLOCKS, check->blocks);
+    bool found = false;
+    for (int r = clamped(block_row - SHARE_BLOCKS, check->block_rows); r <= row_last && !found;
          r++) {
-        const struct block *blocks = block_row_of(of, r);
-        for (int i = clamped(b - SHARE_BLOCKS, of->blocks); i <= last && !reaches; i++) {
-            reaches = blocks[i].share >= share_min;
+        const struct block *blocks = block_row_of(check, r);
+        for (int i = clamped(b - SHARE_BLOCKS, check->blocks); i <= last && !found; i++) {
+            found = blocks[i].share >= share_min;
         }
     }
-    return reaches;
+    return found;
 }
 
 static int share_of(int accepted, int seen) {
     return seen > 0 ? UINT8_MAX * accepted / seen : 0;
 }
 
-// Whether wrong winners may agree.
-static bool is_suspect(const struct evidence *of, int block_row, int b) {
-    return of->coarse && block_row_of(of, block_row)[b].share < TUNE_SHARE_COARSE &&
-           sums_around(of, block_row, b, SHARE_BLOCKS).strong < TUNE_STRONG_COARSE;
+// Whether wrong winners may agree, as they do where texture is coarse.
+static bool is_coarse_without_share(const struct block_check *check, int block_row, int b) {
+    return check->coarse && block_row_of(check, block_row)[b].share < TUNE_SHARE_COARSE &&
+           sums_around(check, block_row, b, SHARE_BLOCKS).strong < TUNE_STRONG_COARSE;
 }
 
-static int margin_of(const struct evidence *of, int block_row, int b) {
-    const int x = clamped(b * BLOCK + BLOCK / 2, of->output->reason.width);
-    const int y = clamped(block_row * BLOCK + BLOCK / 2, of->output->reason.height);
-    return match_margin_around(of->output, x, y);
+static int margin_of(const struct block_check *check, int block_row, int b) {
+    const int x = clamped(b * BLOCK + BLOCK / 2, check->output->reason.width);
+    const int y = clamped(block_row * BLOCK + BLOCK / 2, check->output->reason.height);
+    return match_margin_around(check->output, x, y);
 }
 
-// Whether a block with little texture next to it is believed.
-static bool is_backed(const struct evidence *of, int block_row, int b) {
-    const struct block *block = &block_row_of(of, block_row)[b];
-    const int textured = sums_around(of, block_row, b, FAR_BLOCKS).textured;
+// Whether a block with little texture next to it is accepted.
+static bool is_accepted_without_texture(const struct block_check *check, int block_row, int b) {
+    const struct block *block = &block_row_of(check, block_row)[b];
+    const int textured = sums_around(check, block_row, b, FAR_BLOCKS).textured;
     return (textured >= TUNE_TEXTURED_FAR && block->share >= TUNE_SHARE_FAR) ||
            (textured >= TUNE_TEXTURED_FEW && block->share >= TUNE_SHARE_FEW) ||
            (textured >= TUNE_TEXTURED_EDGE && block->sloped &&
             share_of(block->accepted, block->seen) >= TUNE_SHARE_EDGE &&
-            reaches_share(of, block_row, b, TUNE_SHARE_FEW)) ||
+            has_share_around(check, block_row, b, TUNE_SHARE_FEW)) ||
            (block->balanced && block->share >= TUNE_SHARE_FAR &&
-            margin_of(of, block_row, b) >= TUNE_MEAN_MARGIN_CLEAR);
+            margin_of(check, block_row, b) >= TUNE_MEAN_MARGIN_CLEAR);
 }
 
 // The reason to reject a block, or REASON_VALID.
-static enum reason reason_of(const struct evidence *of, int block_row, int b) {
+static enum reason reason_of(const struct block_check *check, int block_row, int b) {
     const bool near_texture =
-        sums_around(of, block_row, b, NEAR_BLOCKS).textured >= TUNE_TEXTURED_NEAR;
-    const bool agrees = near_texture ? reaches_share(of, block_row, b, TUNE_SHARE_REACHED)
-                                     : is_backed(of, block_row, b);
-    if (agrees && !is_suspect(of, block_row, b)) {
+        sums_around(check, block_row, b, NEAR_BLOCKS).textured >= TUNE_TEXTURED_NEAR;
+    const bool agrees = near_texture ? has_share_around(check, block_row, b, TUNE_SHARE_REACHED)
+                                     : is_accepted_without_texture(check, block_row, b);
+    if (agrees && !is_coarse_without_share(check, block_row, b)) {
         return REASON_VALID;
     }
     return near_texture ? REASON_AMBIGUOUS : REASON_NO_TEXTURE;
 }
 
-static void reject(const struct evidence *of, int block_row, int b, enum reason why) {
-    struct image_u8 *reason = &of->output->reason;
+static void reject(const struct block_check *check, int block_row, int b, enum reason why) {
+    struct image_u8 *reason = &check->output->reason;
     const int x_end = (b + 1) * BLOCK < reason->width ? (b + 1) * BLOCK : reason->width;
     const int y_end =
         (block_row + 1) * BLOCK < reason->height ? (block_row + 1) * BLOCK : reason->height;
@@ -474,7 +475,8 @@ static uint32_t slope_at(const uint16_t *smooth, int x) {
     return (uint32_t)(slope * slope);
 }
 
-// Where the plain pixels from x on end at an outline, with the foot of its slope; x if they do not.
+// Where the plain pixels from x on end at an outline, with the onset of its slope; x if they do
+// not.
 static int hidden_end(const uint16_t *smooth, uint64_t noise, int width, int x) {
     INVARIANT(x >= 0 && x < width);
     const int end = x + TUNE_HIDDEN_MAX_PX < width ? x + TUNE_HIDDEN_MAX_PX : width;
@@ -517,34 +519,34 @@ void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, u
 }
 
 static void measure_part(void *context, int index) {
-    struct evidence *of = context;
-    struct part *part = &of->part[index];
+    struct block_check *check = context;
+    struct part *part = &check->part[index];
     for (int r = part->begin; r < part->end; r++) {
-        measure_row(of, part, r);
+        measure_row(check, part, r);
     }
 }
 
 static void share_part(void *context, int index) {
-    const struct evidence *of = context;
-    for (int r = of->part[index].begin; r < of->part[index].end; r++) {
-        for (int b = 0; b < of->blocks; b++) {
-            const struct sums sums = sums_around(of, r, b, SHARE_BLOCKS);
-            block_row_of(of, r)[b].share = (uint8_t)share_of(sums.accepted, sums.seen);
+    const struct block_check *check = context;
+    for (int r = check->part[index].begin; r < check->part[index].end; r++) {
+        for (int b = 0; b < check->blocks; b++) {
+            const struct sums sums = sums_around(check, r, b, SHARE_BLOCKS);
+            block_row_of(check, r)[b].share = (uint8_t)share_of(sums.accepted, sums.seen);
         }
     }
 }
 
 static void reject_part(void *context, int index) {
-    const struct evidence *of = context;
-    for (int r = of->part[index].begin; r < of->part[index].end; r++) {
-        for (int b = 0; b < of->blocks; b++) {
-            reject(of, r, b, reason_of(of, r, b));
+    const struct block_check *check = context;
+    for (int r = check->part[index].begin; r < check->part[index].end; r++) {
+        for (int b = 0; b < check->blocks; b++) {
+            reject(check, r, b, reason_of(check, r, b));
         }
-        for (int y = r * BLOCK; y < (r + 1) * BLOCK && y < of->output->reason.height; y++) {
-            uint16_t *smooth = of->part[index].smooth[0];
-            smooth_row(of->input, y, smooth);
-            match_reject_hidden(smooth + PAD, of->noise_q8, of->output->reason.width,
-                                image_u8_row(&of->output->reason, y));
+        for (int y = r * BLOCK; y < (r + 1) * BLOCK && y < check->output->reason.height; y++) {
+            uint16_t *smooth = check->part[index].smooth[0];
+            smooth_row(check->input, y, smooth);
+            match_reject_hidden(smooth + PAD, check->noise_q8, check->output->reason.width,
+                                image_u8_row(&check->output->reason, y));
         }
     }
 }
@@ -557,7 +559,7 @@ static size_t block_count(int pixels) {
     return ((size_t)pixels + BLOCK - 1) / BLOCK;
 }
 
-size_t match_evidence_need_bytes(int width, int threads) {
+size_t match_check_blocks_need_bytes(int width, int threads) {
     const size_t part = SLOPE_ROWS * arena_need_bytes((size_t)width + 2 * PAD, sizeof(uint16_t)) +
                         arena_need_bytes((size_t)width, 1) +
                         3 * arena_need_bytes(block_count(width), sizeof(uint32_t));
@@ -572,37 +574,38 @@ static bool take_part(struct arena *arena, int width, struct part *part) {
         part->smooth[i] = arena_take(arena, (size_t)width + 2 * PAD, sizeof(uint16_t));
         taken = taken && part->smooth[i] != NULL;
     }
-    part->at_rim = arena_take(arena, (size_t)width, 1);
+    part->near_depth_edge = arena_take(arena, (size_t)width, 1);
     part->along = arena_take(arena, block_count(width), sizeof *part->along);
     part->upright = arena_take(arena, block_count(width), sizeof *part->upright);
     part->slopes = arena_take(arena, block_count(width), sizeof *part->slopes);
-    return taken && part->at_rim != NULL && part->along != NULL && part->upright != NULL &&
+    return taken && part->near_depth_edge != NULL && part->along != NULL && part->upright != NULL &&
            part->slopes != NULL;
 }
 
-int match_evidence_run(const struct match_input *input, int smoothing,
+int match_check_blocks(const struct match_input *input, int smoothing,
                        const struct parallel *parallel, struct arena *arena,
                        struct match_output *output) {
-    struct evidence of = {.input = input,
-                          .output = output,
-                          .noise_q8 = match_noise_q8(input, output),
-                          .coarse = smoothing == TUNE_SMOOTHING_COARSE};
+    struct block_check check = {.input = input,
+                                .output = output,
+                                .noise_q8 = match_noise_q8(input, output),
+                                .coarse = smoothing == TUNE_SMOOTHING_COARSE};
     const size_t mark = arena_mark(arena);
-    of.blocks = (int)block_count(output->reason.width);
-    of.block_rows = (int)block_count(output->reason.height);
-    of.parts = part_count(parallel->threads);
-    INVARIANT(of.parts >= 1);
-    of.map = arena_take(arena, (size_t)of.blocks * (size_t)of.block_rows, sizeof *of.map);
-    bool taken = of.map != NULL;
-    for (int i = 0; i < of.parts; i++) {
-        of.part[i].begin = of.block_rows * i / of.parts;
-        of.part[i].end = of.block_rows * (i + 1) / of.parts;
-        taken = taken && take_part(arena, output->reason.width, &of.part[i]);
+    check.blocks = (int)block_count(output->reason.width);
+    check.block_rows = (int)block_count(output->reason.height);
+    check.parts = part_count(parallel->threads);
+    INVARIANT(check.parts >= 1);
+    check.map =
+        arena_take(arena, (size_t)check.blocks * (size_t)check.block_rows, sizeof *check.map);
+    bool taken = check.map != NULL;
+    for (int i = 0; i < check.parts; i++) {
+        check.part[i].begin = check.block_rows * i / check.parts;
+        check.part[i].end = check.block_rows * (i + 1) / check.parts;
+        taken = taken && take_part(arena, output->reason.width, &check.part[i]);
     }
     if (taken) {
-        parallel->run(parallel->self, measure_part, &of, of.parts);
-        parallel->run(parallel->self, share_part, &of, of.parts);
-        parallel->run(parallel->self, reject_part, &of, of.parts);
+        parallel->run(parallel->self, measure_part, &check, check.parts);
+        parallel->run(parallel->self, share_part, &check, check.parts);
+        parallel->run(parallel->self, reject_part, &check, check.parts);
     }
     arena_release(arena, mark);
     return taken ? ERROR_OK : ERROR_MEMORY;

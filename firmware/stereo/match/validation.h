@@ -72,8 +72,8 @@ static void check_fits(const struct match_level *level, const struct match_line 
     for (int x = 0; x < width; x++) {
         fit[x] = (uint8_t)(around[x] >> 8);
     }
-    const int16_t first = (int16_t)level->believed.first;
-    const int16_t last = (int16_t)level->believed.last;
+    const int16_t first = (int16_t)level->accepted.first;
+    const int16_t last = (int16_t)level->accepted.last;
     const uint8_t fit_max = fit_max_of(level);
     for (int x = 0; x < width; x++) {
         fits[x] = (lane[x] >= first) & (lane[x] <= last) & (fit[x] <= fit_max);

@@ -123,14 +123,14 @@ struct Slopes {
 };
 
 // Whether the disparity changes by a depth edge over four columns, a few columns away.
-bool is_at_rim(const Answer &answer, int x, int y) {
-    bool at_rim = false;
+bool is_near_depth_edge(const Answer &answer, int x, int y) {
+    bool near = false;
     for (int i = std::max(x - TUNE_DEPTH_EDGE_COLUMNS, 2);
          i <= std::min(x + TUNE_DEPTH_EDGE_COLUMNS, answer.reason.width - 3); i++) {
-        at_rim = at_rim || std::abs(answer.disparity_q8.at(i + 2, y) -
-                                    answer.disparity_q8.at(i - 2, y)) > TUNE_DEPTH_EDGE_PX * 256;
+        near = near || std::abs(answer.disparity_q8.at(i + 2, y) -
+                                answer.disparity_q8.at(i - 2, y)) > TUNE_DEPTH_EDGE_PX * 256;
     }
-    return at_rim;
+    return near;
 }
 
 Slopes slopes_of(const View &left, const Answer &answer) {
@@ -143,7 +143,7 @@ Slopes slopes_of(const View &left, const Answer &answer) {
         const std::vector<int> here = smooth_row(left, y);
         const std::vector<int> below = smooth_row(left, y + 2);
         for (int x = 0; x < width; x++) {
-            if (is_at_rim(answer, x, y)) {
+            if (is_near_depth_edge(answer, x, y)) {
                 continue;
             }
             const auto at = static_cast<size_t>(x);
@@ -162,7 +162,8 @@ struct Texture {
     Grid<int> sloped, textured, strong, balanced;
 };
 
-void judge_slopes(const Slopes &slopes, double noise_q8, int column, int row, Texture *texture) {
+void classify_texture(const Slopes &slopes, double noise_q8, int column, int row,
+                      Texture *texture) {
     double along = 0, upright = 0, count = 0;
     for (int i = column - 1; i <= column + 1; i++) {
         const int at = std::clamp(i, 0, slopes.along.width - 1);
@@ -269,18 +270,20 @@ int reason_of(const Texture &texture, const Shares &shares, bool coarse, int mar
     around(shares.around, column, row, 2,
            [&](int c, int r) { highest = std::max(highest, shares.around.at(c, r)); });
     const int share = shares.around.at(column, row);
-    const bool suspect = coarse && share < TUNE_SHARE_COARSE && strong < TUNE_STRONG_COARSE;
+    const bool coarse_without_share =
+        coarse && share < TUNE_SHARE_COARSE && strong < TUNE_STRONG_COARSE;
     if (near >= TUNE_TEXTURED_NEAR) {
-        return highest >= TUNE_SHARE_REACHED && !suspect ? REASON_VALID : REASON_AMBIGUOUS;
+        return highest >= TUNE_SHARE_REACHED && !coarse_without_share ? REASON_VALID
+                                                                      : REASON_AMBIGUOUS;
     }
     const bool on_edge = far >= TUNE_TEXTURED_EDGE && texture.sloped.at(column, row) != 0 &&
                          shares.own.at(column, row) >= TUNE_SHARE_EDGE && highest >= TUNE_SHARE_FEW;
     const bool distinct = margin >= TUNE_MEAN_MARGIN_CLEAR &&
                           texture.balanced.at(column, row) != 0 && share >= TUNE_SHARE_FAR;
-    const bool backed = (far >= TUNE_TEXTURED_FAR && share >= TUNE_SHARE_FAR) ||
-                        (far >= TUNE_TEXTURED_FEW && share >= TUNE_SHARE_FEW) || on_edge ||
-                        distinct;
-    return backed && !suspect ? REASON_VALID : REASON_NO_TEXTURE;
+    const bool accepted = (far >= TUNE_TEXTURED_FAR && share >= TUNE_SHARE_FAR) ||
+                          (far >= TUNE_TEXTURED_FEW && share >= TUNE_SHARE_FEW) || on_edge ||
+                          distinct;
+    return accepted && !coarse_without_share ? REASON_VALID : REASON_NO_TEXTURE;
 }
 
 Shares shares_of(const Pixels &pixels) {
@@ -308,7 +311,7 @@ void reject_unsupported(const View &left, double noise_q8, bool coarse, Answer *
     Texture texture = {blocks, blocks, blocks, blocks};
     for (int row = 0; row < blocks.height; row++) {
         for (int column = 0; column < blocks.width; column++) {
-            judge_slopes(slopes, noise_q8, column, row, &texture);
+            classify_texture(slopes, noise_q8, column, row, &texture);
         }
     }
     for (int y = 0; y < answer->reason.height; y++) {
@@ -329,7 +332,7 @@ void reject_unsupported(const View &left, double noise_q8, bool coarse, Answer *
 // Accepts pixels that either the limit of the cost or that of the margin rejected, if enough of the
 // 9 x 5 pixels around are accepted and at most 1 px away. Where margins are high, others that are
 // too expensive count as accepted ones for such a pixel.
-void join(const Search &search, Answer *answer) {
+void accept_supported(const Search &search, Answer *answer) {
     const Grid<int> reason = answer->reason;
     const int beyond = search.disparity_count - search.extra_above;
     const int ends = beyond - search.extra_below > 2 ? 1 : 0;
@@ -355,9 +358,11 @@ void join(const Search &search, Answer *answer) {
                     expensive += reason.at(i, j) == REASON_OUT_OF_RANGE && near;
                 }
             }
-            const bool is_distinct = too_expensive && count + expensive >= TUNE_SUPPORT_COST &&
-                                     margin_around(*answer, x, y) >= TUNE_MEAN_MARGIN_CLEAR;
-            if (count >= (too_expensive ? TUNE_SUPPORT_COST : TUNE_SUPPORT_RIVAL) || is_distinct) {
+            const bool has_costly_support = too_expensive &&
+                                            count + expensive >= TUNE_SUPPORT_COST &&
+                                            margin_around(*answer, x, y) >= TUNE_MEAN_MARGIN_CLEAR;
+            if (count >= (too_expensive ? TUNE_SUPPORT_COST : TUNE_SUPPORT_RIVAL) ||
+                has_costly_support) {
                 answer->reason.at(x, y) = REASON_VALID;
             }
         }
@@ -408,7 +413,7 @@ void reject_hidden(const View &left, double noise_q8, Answer *answer) {
 
 void check_neighbourhood(const View &left, const View &right, const Search &search, bool coarse,
                          Answer *answer) {
-    join(search, answer);
+    accept_supported(search, answer);
     const double noise_q8 = noise_of(left, right, *answer);
     reject_unsupported(left, noise_q8, coarse, answer);
     reject_hidden(left, noise_q8, answer);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The matcher's checks of what is around a pixel compared with the slow ones of
-// match_reference_evidence.cpp, on surfaces of which more or less is textured, and more or less
+// match_reference_blocks.cpp, on surfaces of which more or less is textured, and more or less
 // passed the checks of single pixels.
 #include <doctest/doctest.h>
 
@@ -117,11 +117,11 @@ Grid<int> checked_reasons(Pair pair, const Search &search, int smoothing) {
     match_output output = {{disparity_q8.cells.data(), width, height, width},
                            {reason.cells.data(), width, height, width},
                            {confidence.cells.data(), width, height, width}};
-    const synthetic::Memory memory(match_evidence_need_bytes(width, 1));
+    const synthetic::Memory memory(match_check_blocks_need_bytes(width, 1));
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
-    match_join(&options, &parallel_serial, &output);
-    REQUIRE(match_evidence_run(&input, smoothing, &parallel_serial, &arena, &output) == ERROR_OK);
+    match_accept_supported(&options, &parallel_serial, &output);
+    REQUIRE(match_check_blocks(&input, smoothing, &parallel_serial, &arena, &output) == ERROR_OK);
     Grid<int> result(width, height);
     std::copy(reason.cells.begin(), reason.cells.end(), result.cells.begin());
     return result;
