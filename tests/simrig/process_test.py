@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The real process over its socket: buses, lines, frames, bytes, time."""
+"""The real process: its time, who may use it, and the ways to it. What goes over its buses and lines:
+tests/rig, and rig_test.cpp."""
 import os
 import select
-import socket
 import struct
 import time
 import unittest
 
-from simrig_client import (BOARD, BRIDGE, CONTROLLER, DEADLINE, LEFT, NACK_ADDRESS, NO_FRAME_ARMED,
-                           NOT_ALLOWED, OK, RIGHT, Bench, FRAME_CANCEL, FRAME_WAIT, GPIO_SET,
-                           SERIAL_READ, SERIAL_WRITE, TRUTH, WAKE_FRAME, WAKE_GPIO,
-                           WAKE_SERIAL, Refused)
+from simrig_client import (BOARD, BRIDGE, CONTROLLER, NO_FRAME_ARMED, NOT_ALLOWED, OK, Bench, GPIO_SET,
+                           WAKE_GPIO, Refused)
 from waiting import wait_until
 
 
@@ -19,10 +17,6 @@ class VirtualTime(Bench):
         super().setUp()
         self.running = self.start()
         self.board = self.running.client()
-
-    def test_greeting(self):
-        version, wall = struct.unpack_from("<HH", self.board.greeting)
-        self.assertEqual((version, wall, self.board.greeting[4:]), (1, 0, b"default"))
 
     def test_time_passes_by_requests_alone(self):
         begin = self.board.time_us()
@@ -36,123 +30,6 @@ class VirtualTime(Bench):
         self.assertIn(self.board.time_us() - before, range(360, 400))
         # The past is over at once.
         self.assertEqual(self.board.advance(-1000)[1], 0)
-
-    def test_i2c_to_the_bridge_and_both_sensors(self):
-        board = self.board
-        board.advance(200)
-        self.assertEqual(board.read(BRIDGE, 0x00), 0x5B1D)
-        self.assertEqual(board.transfer([(0x11, b"\0")])[:3], (NACK_ADDRESS, 0, 0))
-        self.assertEqual(board.write(BRIDGE, 0x48, 0x00F3), OK)
-        self.assertEqual([board.read(s, 0x00) for s in (LEFT, RIGHT)], [0x1621, 0x1621])
-        self.assertEqual(board.write(LEFT, 0x03, 99), OK)
-        self.assertEqual([board.read(s, 0x03) for s in (LEFT, RIGHT)], [99, 1535])
-        # A byte that is not acknowledged is reported with its position: a read-only ID.
-        status, whole, some, _ = board.transfer([(BRIDGE, b"\x04"), (BRIDGE, b"\x00\x12\x34")])
-        self.assertNotEqual(status, OK)
-        self.assertEqual((whole, some), (1, 2))
-
-    def test_reset_line(self):
-        board = self.board
-        board.advance(200)
-        self.assertEqual(board.write(BRIDGE, 0x04, 0x1234), OK)
-        board.ask(GPIO_SET, struct.pack("<I", 1))
-        board.advance(20)
-        self.assertEqual(board.transfer([(BRIDGE, b"\x04")])[0], NACK_ADDRESS)
-        board.ask(GPIO_SET, struct.pack("<I", 0))
-        board.advance(200)
-        self.assertEqual(board.read(BRIDGE, 0x04), 0)
-
-    def test_gpio_edges(self):
-        board = self.board
-        board.advance(200)
-        board.gpio()
-        self.assertEqual(board.write(BRIDGE, 0x0B, 1), OK)  # interrupt enable
-        before = board.time_us()
-        self.assertEqual(board.write(BRIDGE, 0x0C, 1), OK)  # interrupt test
-        # The edge came during the transfer: a wait for one returns at once.
-        self.assertEqual(board.advance(50000, WAKE_GPIO)[1], WAKE_GPIO)
-        levels, edges = board.gpio()
-        self.assertEqual((levels, len(edges)), (1, 1))
-        self.assertIn(edges[0][0], range(before, board.time_us() + 1))
-        self.assertEqual(edges[0][1:], (0, 1))
-        self.assertEqual(board.advance(500, WAKE_GPIO)[1], 0)
-        self.assertEqual(board.write(BRIDGE, 0x0A, 1), OK)  # clear
-        self.assertEqual(board.gpio()[0], 0)
-        # With the watchdog's interrupt the edge comes in the middle of an advance.
-        for index, value in ((0x0A, 0xFF), (0x0B, 1 << 4), (0x0E, 20), (0x08, 1)):
-            self.assertEqual(board.write(BRIDGE, index, value), OK)
-        board.gpio()
-        begin = board.time_us()
-        now, woken = board.advance(100000, WAKE_GPIO)
-        self.assertEqual(woken, WAKE_GPIO)
-        self.assertIn(now - begin, range(19000, 23000))
-        self.assertEqual(board.gpio()[1][0][2], 1)
-
-    def test_frames_of_the_pattern_are_what_it_states(self):
-        board = self.board
-        board.advance(200)
-        for index, value in ((0x24, 32), (0x25, 16), (0x28, 0), (0x20, 2), (0x08, 0x0100)):
-            self.assertEqual(board.write(BRIDGE, index, value), OK)
-        board.advance(5000)
-        board.arm(32, 16)
-        frame = board.frame()
-        self.assertEqual(frame[3:6], (32, 16, 0))
-        pixels = struct.unpack("<512H", frame[6])
-        first = pixels[0]
-        self.assertEqual(pixels, tuple((first + 33 * row + column) & 0x3FF
-                                       for row in range(16) for column in range(32)))
-
-    def test_frames_of_both_cameras(self):
-        board = self.board
-        board.bring_up()
-        seen = {}
-        for source in (0, 1, 0):
-            self.assertEqual(board.write(BRIDGE, 0x20, source), OK)
-            board.advance(12000)
-            board.arm(64, 48)
-            begin, end, _, _, _, faults, pixels = board.frame()
-            self.assertEqual(faults, 0)
-            self.assertGreater(end, begin)
-            self.assertNotIn(pixels, seen.values(), "two frames with the same noise")
-            seen[source] = pixels
-            columns, rows, length = struct.unpack_from("<HHI", board.ask(TRUTH, bytes([source])))
-            self.assertEqual((columns, rows), (64, 48))
-            answer = board.ask(TRUTH, bytes([source]))[8:]
-            self.assertIn("focal_length_px:", answer[:length].decode())
-            depth = struct.unpack(f"<{64 * 48}f", answer[length:])
-            self.assertTrue(all(1700 < d < 1900 for d in depth), (min(depth), max(depth)))
-        # Armed for another window: reported.
-        board.arm(66, 48)
-        self.assertEqual(board.frame()[5] & 1, 1)
-        board.arm(64, 50)
-        self.assertEqual(board.frame()[5] & 2, 2)
-        board.arm(64, 40)
-        self.assertEqual(board.frame()[5] & 4, 4)
-
-    def test_waiting_for_frames(self):
-        board = self.board
-        self.assert_rejection(NO_FRAME_ARMED, board.frame)
-        board.arm(64, 48)
-        before = board.time_us()
-        self.assert_rejection(DEADLINE, board.frame, 3000)
-        self.assertEqual(board.time_us(), before + 3000)
-        board.ask(FRAME_CANCEL)
-        self.assert_rejection(NO_FRAME_ARMED, board.frame)
-        board.bring_up()
-        board.arm(64, 48)
-        self.assertEqual(board.advance(400000, WAKE_FRAME)[1], WAKE_FRAME)
-        self.assertEqual(board.advance(400000, WAKE_FRAME)[1], WAKE_FRAME)  # still there
-        self.assertEqual(board.frame()[5], 0)
-
-    def test_serial_bytes(self):
-        board = self.board
-        board.ask(SERIAL_WRITE, b"1?\n")
-        self.assertEqual(board.ask(SERIAL_READ), b"")
-        self.assertEqual(board.advance(1000000, WAKE_SERIAL)[1], WAKE_SERIAL)
-        board.advance(100000)
-        text = board.ask(SERIAL_READ).decode()
-        self.assertRegex(text, r"^V3LC 1\rZoom:0\d{3}\rFocus:0\d{3}\rIris:0\d{3}\r\n$")
-        self.assertEqual(board.ask(SERIAL_READ), b"")
 
     def test_roles(self):
         control = self.running.client(CONTROLLER)
@@ -176,12 +53,6 @@ class VirtualTime(Bench):
         self.board.advance(200)
         self.assertEqual(self.board.read(BRIDGE, 0), 0x5B1D)
 
-    def test_requests_sent_ahead_are_answered_in_order(self):
-        self.board.send(FRAME_WAIT, struct.pack("<Q", 10))
-        for _ in range(20):
-            self.board.send(SERIAL_READ)
-        tags = [self.board.receive()[1] for _ in range(21)]
-        self.assertEqual(tags, list(range(tags[0], tags[0] + 21)))
 
 
 class EveryClock(Bench):

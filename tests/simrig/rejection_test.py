@@ -3,15 +3,11 @@
 code; never a hang; nothing left behind."""
 import os
 import signal
-import socket
 import stat
 import struct
 import unittest
 
-from simrig_client import (ADVANCE, BAD_REQUEST, BAD_VERSION, BRIDGE, BUSY, CONTROL, CONTROLLER,
-                           FAILED, FRAME_ARM, FRAME_WAIT, GPIO_SET, HELLO, I2C, MAGIC, SCENE,
-                           SERIAL_WRITE, TIME, TRUTH, Bench, Gone, Refused)
-from waiting import wait_until
+from simrig_client import ADVANCE, BAD_REQUEST, BRIDGE, CONTROLLER, FAILED, SCENE, Bench, Gone
 
 
 class StartUp(Bench):
@@ -145,27 +141,6 @@ class Clients(Bench):
         client.time_us()
         client.close()
 
-    def refuse_greeting(self, status, body, kind=HELLO):
-        client = self.raw()
-        got, rest = client.ask_status(kind, body)
-        self.assertEqual(got, status)
-        self.assertTrue(rest)
-        self.assertNotIn(b"\n", rest)
-        self.assert_closed(client)
-
-    def test_wrong_greetings(self):
-        hello = struct.pack("<IHH", MAGIC, 1, 0)
-        self.refuse_greeting(BAD_VERSION, struct.pack("<IHH", MAGIC, 2, 0))
-        self.refuse_greeting(BAD_VERSION, b"", TIME)
-        self.refuse_greeting(BAD_REQUEST, struct.pack("<IHH", MAGIC, 1, 7))
-        self.refuse_greeting(BAD_REQUEST, struct.pack("<IHH", 1, 1, 0))
-        self.refuse_greeting(BAD_REQUEST, hello[:5])
-        self.refuse_greeting(BAD_REQUEST, hello + b"x" * 65)
-        first = self.running.client()
-        self.refuse_greeting(BUSY, hello)
-        self.assert_rejection(BAD_REQUEST, first.ask, HELLO, hello)
-        self.assertEqual(first.advance(10)[1], 0)
-
     def test_another_protocol(self):
         for sent in (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"\xff" * 4096):
             client = self.raw()
@@ -175,25 +150,6 @@ class Clients(Bench):
             self.assertIn(b"16777216", text)
             self.assert_closed(client)
         self.assert_alive()
-
-    def test_bodies_of_the_wrong_size(self):
-        client = self.running.client()
-        for kind, body in ((TIME, b"x"), (ADVANCE, b"x" * 11), (ADVANCE, b"\0" * 13), (I2C, b""),
-                           (I2C, struct.pack("<IH", 100000, 43)), (FRAME_ARM, b"\1\0\1"),
-                           (FRAME_WAIT, b""), (TRUTH, b""), (TRUTH, b"\2"), (GPIO_SET, b"\2\0\0\0"),
-                           (FRAME_ARM, struct.pack("<HH", 0, 1)), (7, b""), (0, b""), (40, b""),
-                           (FRAME_ARM, struct.pack("<HH", 2113, 1)), (SERIAL_WRITE, b"x" * 4097),
-                           (CONTROL, b"x" * 4097), (0x8001, b""),
-                           (ADVANCE, struct.pack("<QI", 2 ** 63, 0)),
-                           (ADVANCE, struct.pack("<QI", 0, 8)),
-                           (I2C, struct.pack("<IHBBH", 9999, 1, 0x2C, 0, 0)),
-                           (I2C, struct.pack("<IHBBH", 10000, 1, 0x2C, 1, 2000)),
-                           (I2C, struct.pack("<IHBBH", 100000, 1, 0x80, 1, 1)),
-                           (I2C, struct.pack("<IHBBH", 100000, 1, 0x2C, 2, 1)),
-                           (I2C, struct.pack("<IHBBH", 100000, 1, 0x2C, 0, 9))):
-            text = self.assert_rejection(BAD_REQUEST, client.ask, kind, body)
-            self.assertTrue(text)
-        self.assertEqual(client.advance(10)[1], 0)
 
     def test_bad_commands(self):
         client = self.running.client(CONTROLLER)
@@ -208,38 +164,6 @@ class Clients(Bench):
             text = self.assert_rejection(FAILED, client.control, line)
             self.assertTrue(text and "\x1b" not in text, line)
         self.assertIn("time_s", client.control("status"))
-
-    def test_two_that_let_time_pass(self):
-        board, control = self.running.client(), self.running.client(CONTROLLER)
-        now = board.time_us()
-        board.send(ADVANCE, struct.pack("<QI", 80000 * 10 ** 6, 0))
-        wait_until(lambda: control.time_us() > now)
-        self.assert_rejection(BUSY, control.advance, 10)
-        self.assert_rejection(FAILED, control.control, "snapshot a")
-        board.close()
-        self.assert_alive()
-
-    def test_no_more_than_32(self):
-        clients = [self.running.client(CONTROLLER) for _ in range(32)]
-        late = self.raw()
-        self.assertEqual(late.receive()[2], BUSY)
-        self.assert_closed(late)
-        for client in clients:
-            client.close()
-        wait_until(self.may_come)
-
-    def test_silent_ones_make_room(self):
-        silent = [self.raw() for _ in range(32)]
-        self.assertIn("time_s", self.running.client(CONTROLLER).control("status"))
-        self.assert_closed(silent[0])
-        self.assert_alive()
-
-    def may_come(self):
-        try:
-            self.assert_alive()
-        except (Gone, Refused, BrokenPipeError, AssertionError):
-            return False
-        return True
 
     def test_signals(self):
         for how in (signal.SIGINT, signal.SIGTERM):
