@@ -87,7 +87,7 @@ SOURCE = (".c", ".h", ".cpp", ".hpp")
 EMBEDDED = (".html", ".css", ".js", ".v", ".yaml")
 # Folders of what is shipped, and of what tests share.
 SCANNED = ("calib", "daemon", "firmware", "fpga", "tools", "tests")
-INCLUDED_FROM = ("", "firmware/", "daemon/", "tools/", "tools/host/", "tests/", "fpga/")
+INCLUDED_FROM = ("", "firmware/", "daemon/", "tools/", "tools/host/", "tests/", "tests/study/", "fpga/")
 # Tests of the tree itself look at every file.
 OF_THE_TREE = r"command/(repo_lint|arrows|readme|removal)_test"
 MANY = 150
@@ -342,6 +342,8 @@ def targets(build, names):
     found = set()
     for test in chosen:
         text = "".join(read(path) for path in test.modules()) if test.script() else None
+        if text and re.search("completion|manual", text):
+            found |= {"daemon_manuals", "tools_manuals"}
         for name, value in [("", word) for word in test.command] + list(test.environment.items()):
             # Every test gets the same variables; it has those that it names.
             if name and text is not None and not re.search(rf"\b{name}\b", text):

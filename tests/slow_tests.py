@@ -19,7 +19,6 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 # Name, as a regular expression of ctest -R: what it guards; whole folders, or files.
 GUARDS = {
-    "bench/smoke": ("calib", "tests/bench", "tools/bench", "tools/bench.d"),
     "command/core_symbols_test": ("firmware",),
     "command/demo_test": ("tools/demo", "tools/demo.d", "tools/simrig", "tests/command/repository/demo_test.py"),
     "command/install_test": ("daemon/install", "tools/install", "CMakeLists.txt",
@@ -35,6 +34,8 @@ GUARDS = {
     "rig/search_fault_test": ("firmware/console", "firmware/rig"),
     "simrig/true_calibration_test": ("calib", "tools/simrig"),
     "simrig/world_(blur|files)_test": ("tools/simrig",),
+    "study/bench": ("calib", "tests/study/bench", "tools/bench", "tools/bench.d"),
+    "study/zoom": ("calib/zoom", "tests/study/zoom"),
 }
 
 

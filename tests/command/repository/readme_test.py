@@ -90,7 +90,7 @@ class Readme(unittest.TestCase):
 
     def test_scripts_have_the_options_shown(self):
         """The scripts take hours or change the system: only their help texts are read."""
-        for document in ("tools/README.md", "tests/bench/README.md"):
+        for document in ("tools/README.md", "tests/study/bench/README.md"):
             shown = re.findall(r"^\| `(tools/\w+)([^`]*)`", text_of(document), re.M)
             self.assertGreaterEqual(len(shown), 5)
             for tool, words in shown:
@@ -121,7 +121,7 @@ class Readme(unittest.TestCase):
             names = re.findall(r"`((?:tools|tests|firmware|daemon|calib|fpga)/[\w./]+)`", text)
             for target in links + [os.path.join(ROOT, name) for name in names]:
                 self.assertTrue(os.path.exists(target), target)
-        for document in ("calib/README.md", "tools/README.md", "tests/bench/README.md"):
+        for document in ("calib/README.md", "tools/README.md", "tests/study/bench/README.md"):
             folder = os.path.join(ROOT, os.path.dirname(document))
             for target in re.findall(r"\]\(([^)#]+)\)", text_of(document)):
                 self.assertTrue(os.path.exists(os.path.join(folder, target)), (document, target))

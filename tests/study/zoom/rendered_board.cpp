@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/zoom/rendered_board.hpp"
+#include "tests/study/zoom/rendered_board.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 #include "calib/detect/detect.hpp"
 #include "stereo/develop.h"
-#include "tests/zoom/trial.hpp"
+#include "tests/study/zoom/trial.hpp"
 
 namespace zoom_study {
 namespace {

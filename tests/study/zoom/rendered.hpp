@@ -3,7 +3,7 @@
 #ifndef VERGENCE_TESTS_ZOOM_RENDERED_HPP
 #define VERGENCE_TESTS_ZOOM_RENDERED_HPP
 
-#include "tests/zoom/trial.hpp"
+#include "tests/study/zoom/trial.hpp"
 
 namespace zoom_study {
 

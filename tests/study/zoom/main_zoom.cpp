@@ -11,9 +11,9 @@
 
 #include "calib/zoom/zoom_solve.hpp"
 #include "stereo/zoom/zoom_sigma.h"
-#include "tests/zoom/rendered.hpp"
-#include "tests/zoom/rendered_board.hpp"
-#include "tests/zoom/trial.hpp"
+#include "tests/study/zoom/rendered.hpp"
+#include "tests/study/zoom/rendered_board.hpp"
+#include "tests/study/zoom/trial.hpp"
 
 namespace {
 

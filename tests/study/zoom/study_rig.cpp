@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/zoom/study_rig.hpp"
+#include "tests/study/zoom/study_rig.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "stereo/zoom/adjustment.h"
-#include "tests/zoom/study_rig.hpp"
+#include "tests/study/zoom/study_rig.hpp"
 
 namespace zoom_study {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/zoom/study_rig.hpp"
+#include "tests/study/zoom/study_rig.hpp"
 #include "tools/simrig/render/frame.hpp"
 
 namespace zoom_study {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/zoom/trial.hpp"
+#include "tests/study/zoom/trial.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -98,7 +98,7 @@ class Bench(unittest.TestCase):
 
     def test_calibration(self):
         result = json.loads(self.output_of(
-            sys.executable, "-B", ROOT / "tests/bench/calibration_bench.py", SAMPLES, "--board",
+            sys.executable, "-B", ROOT / "tests/study/bench/calibration_bench.py", SAMPLES, "--board",
             "9x6", "--square", "30", "--vergence", os.environ["VERGENCE"], "--samples", SAMPLES,
             "--cache", self.folder / "cache", "--quick", "--json", "--only", "window 5"))
         for line in result["methods"].values():

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/zoom/rendered.hpp"
+#include "tests/study/zoom/rendered.hpp"
 
 #include <cmath>
 #include <stdexcept>
 
 #include "stereo/zoom/wide_pair.h"
-#include "tests/zoom/rendered_board.hpp"
+#include "tests/study/zoom/rendered_board.hpp"
 #include "tools/simrig/render/frame.hpp"
 
 namespace zoom_study {
