@@ -22,6 +22,20 @@ static void read_board_position(const char *text, uint32_t *position) {
     }
 }
 
+static void read_corner_noise(const char *text, struct session_corner_noise *noise) {
+    enum { FRAMES_MAX = 1000 };
+    const double px_max = 100;
+    struct session_corner_noise read = {.frames = 0};
+    int length = 0;
+    const int count = sscanf(text, SESSION_CORNER_NOISE "%lf %lf %4u%n", &read.px[0], &read.px[1],
+                             &read.frames, &length);
+    const bool whole = count == 3 && text[length] == '\0';
+    if (whole && read.px[0] >= 0 && read.px[0] < px_max && read.px[1] >= 0 && read.px[1] < px_max &&
+        read.frames > 0 && read.frames <= FRAMES_MAX) {
+        *noise = read;
+    }
+}
+
 int session_pairs_next(struct session_pairs *self, struct session_reader *reader,
                        struct message *message) {
     struct session_event *event = &self->event;
@@ -35,6 +49,7 @@ int session_pairs_next(struct session_pairs *self, struct session_reader *reader
             self->instrument = event->instrument;
         } else if (event->kind == SESSION_COMMAND) {
             read_board_position(event->text, &self->board_position);
+            read_corner_noise(event->text, &self->corner_noise);
         } else if (event->kind == SESSION_PAIR) {
             self->pair = *event;
             self->has_calibration = self->next_has_calibration;
@@ -119,6 +134,7 @@ static void describe(struct reading *reading) {
     files->pair = &pairs->pair.pair;
     files->number = pairs->count;
     files->board_position = pairs->board_position;
+    files->corner_noise = pairs->corner_noise;
     bool turned = pairs->count == 1;
     for (int side = 0; side < RIG_SIDES; side++) {
         const uint16_t pan_q4 = files->pair->frame[side].before.pan_q4;

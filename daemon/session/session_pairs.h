@@ -22,6 +22,15 @@ enum { SESSION_PAIRS_PATH_BYTES = 4096 };
 /// is at its position of this number. To the console it is a comment.
 #define SESSION_BOARD_POSITION "# board position "
 
+/// Begins the text of a command event, followed by the noise of a corner in the left and in the
+/// right camera (rms distance from its mean place, px) and the number of still frames that show it.
+#define SESSION_CORNER_NOISE "# corner noise "
+
+struct session_corner_noise {
+    double px[2];
+    uint32_t frames;  // 0: not measured
+};
+
 /// Iterates over a session's pairs. Large: static or allocated; zeroed at the beginning.
 struct session_pairs {
     uint32_t count;             // pairs found so far, which is the number of the last one
@@ -29,7 +38,8 @@ struct session_pairs {
     bool has_calibration;       // whether one was in force at that pair
     uint32_t calibration_crc;
     uint32_t board_position;  // of a calibration board, see SESSION_BOARD_POSITION; 0: none
-    bool has_instrument;      // the session records the instrument
+    struct session_corner_noise corner_noise;
+    bool has_instrument;  // the session records the instrument
     struct session_instrument instrument;
 
     // Work space.
@@ -52,12 +62,13 @@ int session_pairs_find(struct session_pairs *self, struct session_reader *reader
 /// was recorded.
 struct session_pair_files {
     char path[2][SESSION_PAIRS_PATH_BYTES];
-    bool missing[2];                       // there is no such file
-    bool mosaic;                           // the frames are raw mosaics: rows of G R and of B G
-    struct calibration_match_state state;  // what they were taken with
-    const struct pair *pair;               // its images have no pixels
-    uint32_t number;                       // of the pair, from 1
-    uint32_t board_position;               // 0: none was recorded
+    bool missing[2];                           // there is no such file
+    bool mosaic;                               // the frames are raw mosaics: rows of G R and of B G
+    struct calibration_match_state state;      // what they were taken with
+    const struct pair *pair;                   // its images have no pixels
+    uint32_t number;                           // of the pair, from 1
+    uint32_t board_position;                   // 0: none was recorded
+    struct session_corner_noise corner_noise;  // as last measured before the pair
     uint32_t pan_visit;  // from 1: grows whenever a camera was turned since the last pair
 };
 

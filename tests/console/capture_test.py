@@ -5,6 +5,7 @@ import importlib.machinery
 import importlib.util
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import tempfile
@@ -160,7 +161,7 @@ class Fresh(CaptureTest):
 
 class OnePosition(CaptureTest):
     """Captures of one position of the board."""
-    words = ("--zooms", "4", "--no-sweep", "--positions", "1", "--near", "2299", "--far", "2300")
+    words = ("--zooms", "4", "--no-noise", "--no-sweep", "--positions", "1", "--near", "2299", "--far", "2300")
 
     def meanwhile(self, control):
         """For capture's `each`: gives a control command after the second pair."""
@@ -203,7 +204,12 @@ class Board(OnePosition):
             self.assertEqual(code, 0, said)
             self.assertIn("has 1 pairs of 1 positions", shown)
             self.assertIn("position 2 of 12: ", shown)
-            # Another board than before.
+            # Another window than before, and another board.
+            self.vergence("window", "320", "240")
+            code, shown, said = self.capture(session, *words, keys="q\n")
+            self.vergence("window", *self.window.split())
+            self.assertEqual((code, said.count("\n")), (3, 1), said)
+            self.assertRegex(said, r"begun with a left window of 320 x 256 px .* it is 320 x 240")
             code, shown, said = self.capture(session, *words, "--board", "9x7", keys="q\n")
             self.assertEqual((code, said.count("\n")), (3, 1), said)
             self.assertIn("begun with --board 10x7 ", said)
@@ -245,10 +251,20 @@ class Board(OnePosition):
 
     def test_a_board_that_becomes_too_bright_is_exposed_again(self):
         with tempfile.TemporaryDirectory() as work:
-            code, shown, said = self.capture(work + "/zooms", *self.words, "--focus", "distance",
+            words = [word for word in self.words if word != "--no-noise"]
+            code, shown, said = self.capture(work + "/zooms", *words, "--focus", "distance",
                                              each=self.meanwhile("light 3"))
             self.control("light 1")
             self.assertEqual(code, 0, said)
+            # Before the light changes, still frames show the noise of a corner.
+            noise = re.search(r"30 still frames for .*\n  corner noise (0\.\d+) and (0\.\d+) px\n", shown)
+            self.assertIsNotNone(noise, shown)
+            index = pathlib.Path(work, "zooms", "session.index").read_text(encoding="ascii")
+            kept = re.search(r"#%20corner%20noise%20(\S+)%20(\S+)%2030 ", index)
+            for one, other in zip(noise.groups(), kept.groups()):
+                self.assertAlmostEqual(float(one), float(other), delta=0.0006)
+                self.assertGreater(float(one), 0.002)
+                self.assertLess(float(one), 0.1)
             before, after = shown.rsplit("exposed for the board", 1)
             self.assertGreater(int(before.split("white at ")[-1].split(" %")[0]), 80)
             self.assertEqual(after.count(" mm: "), 1, shown)

@@ -27,12 +27,25 @@ def focal_lengths(calibration, zoom, focus):
     return [float(one) for one in re.findall(r"focal length (\S+) x", done.stdout)[:2]]
 
 
+def kept_events():
+    """The kept capture's events, without their CRC."""
+    return [line.rsplit(" ", 1)[0].split(" ") for line in (KEPT / "session.index").read_text().splitlines()]
+
+
+def write_index(folder, events):
+    index = b""
+    for event in events:
+        index += " ".join(event).encode() + b" "
+        index += b"%08x\n" % zlib.crc32(index[:-1])
+    folder.mkdir()
+    (folder / "session.index").write_bytes(index)
+
+
 def write_exchanged(folder):
     """The kept capture as a rig records it whose cameras, lenses and servos were exchanged; a third of its
     pairs."""
-    index = b""
-    for number, line in enumerate((KEPT / "session.index").read_text().splitlines()):
-        kind, *words = line.rsplit(" ", 1)[0].split(" ")
+    events = []
+    for number, (kind, *words) in enumerate(kept_events()):
         if kind in ("pair", "instrument"):
             if kind == "pair" and number % 3:
                 continue
@@ -40,16 +53,19 @@ def write_exchanged(folder):
             other = {"left": "right", "right": "left"}
             words = [key + "=" + values[re.sub("^(left|right)(?=_)", lambda side: other[side[0]], key)]
                      for key in values]
-        index += " ".join([kind, *words]).encode() + b" "
-        index += b"%08x\n" % zlib.crc32(index[:-1])
-    folder.mkdir()
-    (folder / "session.index").write_bytes(index)
+        events.append([kind, *words])
+    write_index(folder, events)
 
 
 class ZoomCapture(unittest.TestCase):
     def test_the_kept_capture_is_solved_without_its_frames(self):
         with tempfile.TemporaryDirectory() as out:
-            done = run("calibrate", str(KEPT), *BOARD, "--corners", str(KEPT / "corners.vnl"), "--out",
+            # With the noise of corners, as it is noted after the first pair.
+            events = kept_events()
+            first = [kind for kind, *_ in events].index("pair") + 1
+            events.insert(first, ["command", "text=#%20corner%20noise%200.0110%200.0090%2030"])
+            write_index(pathlib.Path(out, "zooms"), events)
+            done = run("calibrate", out + "/zooms", *BOARD, "--corners", str(KEPT / "corners.vnl"), "--out",
                        out + "/solved")
             self.assertEqual(done.returncode, 0, done.stderr)
             with open(out + "/solved/calibration.json", encoding="utf-8") as file:
@@ -60,6 +76,10 @@ class ZoomCapture(unittest.TestCase):
             self.assertLess(found["held_out_focal"], 0.002)
             self.assertTrue(found["verdict"]["good"])
             self.assertIn(found["verdict"]["sentence"], done.stdout)
+            noise = found["corner_noise"]
+            self.assertAlmostEqual(noise["model_px"] ** 2 + (0.011 ** 2 + 0.009 ** 2) / 2, found["rms_px"] ** 2)
+            self.assertIn("; corner noise 0.010 px (30 still frames of the first board); the rest of the "
+                          f"residual, {noise['model_px']:.3f} px, is the model.", done.stdout)
             self.assertRegex(done.stdout, r"a length of 100 mm at 15\d\d mm is known to \+- [123]\.\d mm")
             for length in found["length_sigma"]:
                 self.assertLess(length["own_mm"], 0.6 * length["read_mm"])

@@ -6,23 +6,28 @@
 #include <fcntl.h>
 #include <sys/resource.h>
 
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <random>
 #include <vector>
 
 #include "daemon/session/session_write.h"
 #include "scratch.hpp"
+#include "synthetic/seed.hpp"
 #include "tools/host/capture/capture_directory.hpp"
+#include "tools/host/capture/capture_noise.hpp"
 
 namespace {
 
 const calib::board board = {3, 2, 24, "4x4_50", 17};
 
 /// A session of one pair, as it comes from an instrument with this serial number.
-void make_incoming(const std::string &path, const char *camera, uint16_t value, int moved_q4 = 0) {
+void make_incoming(const std::string &path, const char *camera, uint16_t value, int moved_q4 = 0,
+                   uint16_t column_px = 0) {
     message last_error{};
     std::filesystem::remove_all(path);
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
@@ -41,6 +46,7 @@ void make_incoming(const std::string &path, const char *camera, uint16_t value, 
         frame.image.data = pixels[side].data();
         frame.image.width_px = frame.image.height_px = 8;
         frame.image.stride = 8;
+        frame.window = {column_px, 0, 1};
         frame.image.bits = 10;
         frame.image.layout = RAW_BAYER_GRBG;
         frame.begin_us = 1000000 + 20000 * side;
@@ -144,6 +150,79 @@ TEST_CASE("a session of another instrument, or of another kind, is left alone") 
     capture_session plain(folder / "plain", board);
     CHECK(!plain.load(&error));
     CHECK(error.find("not a session of") != std::string::npos);
+}
+
+TEST_CASE("a session of another window is left alone") {
+    const scratch folder;
+    const std::string path = folder / "zooms", incoming = path + "/incoming";
+    std::string error;
+    capture_shot shot;
+    {
+        capture_session session(path, board);
+        add_pair(&session, incoming, &shot);
+        CHECK(session.close(&error));
+    }
+    capture_session session(path, board);
+    REQUIRE(session.load(&error));
+    CHECK(session.check_window({{{0, 0, 8, 8}, {0, 0, 8, 8}}}, &error));
+    CHECK(!session.check_window({{{0, 0, 8, 8}, {0, 0, 8, 6}}}, &error));
+    CHECK(error.find("right window") != std::string::npos);
+    make_incoming(incoming, "left 1", 200, 0, 4);
+    CHECK(!session.look(incoming, &shot, &error));
+    CHECK(error.find("left window of 8 x 8 px at 0, 0") != std::string::npos);
+    CHECK(error.find('\n') == std::string::npos);
+}
+
+TEST_CASE("the noise of a corner is measured from still frames, and kept") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    // Of the corners, of all together, and a step of the board in the middle.
+    const auto stills = [&](double noise_px, double shake_px, double step_px) {
+        std::vector<capture_still> frames(30);
+        for (size_t f = 0; f < frames.size(); f++) {
+            for (calib::board_view &view : frames[f]) {
+                const double all_px = shake_px * normal(random) + (f >= 15 ? step_px : 0);
+                for (int i = 0; i < 54; i++) {
+                    view.corners.push_back({i, 40.0 * (i % 9) + all_px + noise_px * normal(random),
+                                            40.0 * (i / 9) + noise_px * normal(random), 0.02});
+                }
+            }
+        }
+        return frames;
+    };
+    session_corner_noise noise{};
+    REQUIRE(capture_noise_of(stills(0.03, 0, 0), &noise));
+    CHECK(noise.frames == 30);
+    for (const double px : noise.px) {
+        CHECK(px == doctest::Approx(0.03 * std::sqrt(2.0)).epsilon(0.1));
+    }
+    CHECK(capture_noise_of(stills(0, 0, 0), &noise));
+    CHECK(!capture_noise_of(stills(0.03, 0, 0.2), &noise));
+    CHECK(!capture_noise_of(stills(0.03, 0.05, 0), &noise));
+    CHECK(noise.frames == 0);
+    std::vector<capture_still> covered = stills(0.03, 0, 0);
+    covered[7][1].corners.resize(5);
+    CHECK(!capture_noise_of(covered, &noise));
+    CHECK(!capture_noise_of({}, &noise));
+
+    const scratch folder;
+    const std::string path = folder / "zooms", incoming = path + "/incoming";
+    std::string error;
+    capture_shot shot;
+    {
+        capture_session session(path, board);
+        add_pair(&session, incoming, &shot);
+        CHECK(session.noise().frames == 0);
+        REQUIRE(session.add_noise({{0.0312, 0.0298}, 30}, &error));
+        REQUIRE(session.add(incoming, shot, &error));
+    }
+    capture_session session(path, board);
+    REQUIRE(session.load(&error));
+    CHECK(session.noise().frames == 30);
+    CHECK(session.noise().px[0] == doctest::Approx(0.0312));
+    CHECK(session.noise().px[1] == doctest::Approx(0.0298));
 }
 
 TEST_CASE("a ring that moves while a pair is taken is named, noise is not") {

@@ -152,7 +152,8 @@ class expander {
                                     names->sessions,
                                     files->number,
                                     files->board_position,
-                                    files->pan_visit});
+                                    files->pan_visit,
+                                    files->corner_noise});
         };
         return session_pairs_read(path.c_str(), frames_may_miss_, add_shot, names_, &last_error) >
                    0 ||

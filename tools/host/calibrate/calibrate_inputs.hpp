@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "daemon/session/calibration_match.h"
+#include "daemon/session/session_pairs.h"
 
 /// One moment: the pictures of the left (0) and of the right camera (1), "" if missing.
 struct calibrate_shot {
@@ -24,6 +25,7 @@ struct calibrate_shot {
     uint32_t number = 0;                           // of the pair in the session, from 1
     /// Of the board and of the pans, as in session_pairs.h; 0: not recorded.
     uint32_t board_position = 0, pan_visit = 0;
+    session_corner_noise corner_noise{};
 };
 
 struct calibrate_inputs {

@@ -138,6 +138,7 @@ class collector {
         }
         job_.seen.captures.push_back(one);
         job_.shot_of.push_back(index);
+        job_.noise = shot.corner_noise.frames > 0 ? shot.corner_noise : job_.noise;
     }
 
     using key = std::array<size_t, 3>;
@@ -167,6 +168,30 @@ uint32_t crc_of(const calib::zoom_observations &seen) {
         }
     }
     return crc;
+}
+
+/// The noise of a corner in both cameras.
+double noise_px_of(const calibrate_zoom_job &job) {
+    return std::hypot(job.noise.px[0], job.noise.px[1]) / std::sqrt(2.0);
+}
+
+/// What of the residuals is not the noise of corners.
+double model_px_of(const calibrate_zoom_job &job) {
+    const double noise_px = noise_px_of(job), rms_px = job.solution.rms_px;
+    return std::sqrt(std::max(0.0, rms_px * rms_px - noise_px * noise_px));
+}
+
+/// "corner noise 0.03 px (30 still frames); ..." if it was measured, else "".
+std::string noise_text(const calibrate_zoom_job &job) {
+    if (job.noise.frames == 0) {
+        return "";
+    }
+    const double model_px = model_px_of(job);
+    return report_text_format("corner noise %.3f px (%u still frames of the first board); ",
+                              noise_px_of(job), static_cast<unsigned>(job.noise.frames)) +
+           (model_px > 0
+                ? report_text_format("the rest of the residual, %.3f px, is the model", model_px)
+                : "the residual is no larger");
 }
 
 }  // namespace
@@ -228,6 +253,10 @@ bool calibrate_zoom_solve(calibrate_zoom_job *job, std::string *error) {
         job->lengths = calib::lengths_of_zoom(job->solution, job->seen.boards[0]);
     }
     job->verdict = calib::zoom_verdict(job->solution, job->lengths);
+    if (job->solution.warnings.empty() && job->noise.frames > 0) {
+        job->verdict.back() = ';';
+        job->verdict += " " + noise_text(*job) + ".";
+    }
     return true;
 }
 
@@ -278,6 +307,9 @@ std::string calibrate_zoom_text(const calibrate_zoom_job &job) {
     }
     text += report_text_format("residuals   %.3f px rms, %d corners left out\n", solution.rms_px,
                                checked.rejected_corners);
+    if (job.noise.frames > 0) {
+        text += "noise       " + noise_text(job) + "\n";
+    }
     if (checked.held_out_px > 0) {
         text += report_text_format("prediction  rows to %.2f px, f to %.3f %% at zooms left out\n",
                                    checked.held_out_px, 100 * checked.held_out_focal);
@@ -308,6 +340,12 @@ std::string calibrate_zoom_json(const calibrate_zoom_job &job) {
     root["corners"] = rig.validation.corners;
     root["rms_px"] = job.solution.rms_px;
     root["noise_ratio"] = job.solution.noise_ratio;
+    if (job.noise.frames > 0) {
+        root["corner_noise"] = {{"left_px", job.noise.px[0]},
+                                {"right_px", job.noise.px[1]},
+                                {"frames", job.noise.frames},
+                                {"model_px", model_px_of(job)}};
+    }
     root["held_out_px"] = rig.validation.held_out_px;
     root["held_out_focal"] = rig.validation.held_out_focal;
     root["chi_square_z"] = rig.validation.chi_square_z;

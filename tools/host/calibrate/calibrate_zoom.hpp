@@ -29,6 +29,7 @@ struct calibrate_zoom_job {
     std::vector<size_t> shot_of;  // of each capture
     calib::zoom_solution solution;
     std::array<calib::zoom_lengths, 2> lengths;  // not with `paper`
+    session_corner_noise noise{};                // of still frames
     std::string verdict;                         // "Good: ..." or "Not good: ..."
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -19,6 +20,7 @@
 #include "tools/host/capture/capture_check.hpp"
 #include "tools/host/capture/capture_directory.hpp"
 #include "tools/host/capture/capture_instrument.hpp"
+#include "tools/host/capture/capture_noise.hpp"
 #include "tools/host/capture/capture_plan.hpp"
 #include "tools/host/capture/capture_session.hpp"
 #include "tools/host/formats/report_text.hpp"
@@ -26,6 +28,7 @@
 namespace {
 
 const int readings = 16;
+const int stills = 30, first_stills = 5;  // for the corner noise; and until motion is looked for
 const int exit_interrupted = 130;
 const double nearest_step = 1.02, nearest_factor = 2;  // of the distance, to find what a lens can
 const double aim_tolerance = 0.3;                      // of half the narrowest field
@@ -149,10 +152,17 @@ class runner {
         }
         instrument_.number("width", &width);
         instrument_.number("height", &height);
+        std::array<capture_window, 2> windows{};
         for (size_t side = 0; side < 2; side++) {
             // A camera with its own port has no window.
             instrument_.number(std::string(sides[side]) + ".column", &window_px_[side][0]);
             instrument_.number(std::string(sides[side]) + ".row", &window_px_[side][1]);
+            windows[side] = {static_cast<int>(window_px_[side][0]),
+                             static_cast<int>(window_px_[side][1]), static_cast<int>(width),
+                             static_cast<int>(height)};
+        }
+        if (!session_.check_window(windows, &error_)) {
+            return false;
         }
         optics_.width_px = static_cast<int>(width);
         optics_.height_px = static_cast<int>(height);
@@ -205,8 +215,8 @@ class runner {
     bool take(uint32_t position, int zoom, const capture_point *corners, capture_shot *shot) {
         double whites = 0;
         if (!command("zoom " + std::to_string(zoom)) || !focus(corners) ||
-            (!exposed_ && !command("autoexpose whites=yes iris=no")) || !fetch_pair(shot) ||
-            !detect(shot, &whites) || !expose_board(shot, &whites)) {
+            (!exposed_ && !command("autoexpose whites=yes iris=no")) || !see(shot, &whites) ||
+            !expose_board(shot, &whites)) {
             return false;
         }
         exposed_ = true;
@@ -242,7 +252,7 @@ class runner {
             (too_bright || instrument_.interrupted())) {
             return fail(why);
         }
-        return fetch_pair(shot) && detect(shot, whites) &&
+        return see(shot, whites) &&
                (*whites <= CAPTURE_WHITES_MAX ||
                 fail(report_text_format("the board's white is at %.0f %% of the range, and not at "
                                         "80 %% or less (avoid reflections on the board)",
@@ -267,10 +277,19 @@ class runner {
         return true;
     }
 
-    bool fetch_pair(capture_shot *shot) {
+    /// Takes a pair and looks for the board in it.
+    bool see(capture_shot *shot, double *whites, int lens_readings = readings) {
+        using clock = std::chrono::steady_clock;
+        const clock::time_point begin = clock::now();
+        const bool good = fetch_pair(shot, lens_readings) && detect(shot, whites);
+        seconds_a_pair_ = std::chrono::duration<double>(clock::now() - begin).count();
+        return good;
+    }
+
+    bool fetch_pair(capture_shot *shot, int lens_readings) {
         const bool good = directory_.renew(&error_) &&
                           command(report_text_format("capture %s readings=%d accept-mismatch=yes",
-                                                     name_there_.c_str(), readings)) &&
+                                                     name_there_.c_str(), lens_readings)) &&
                           instrument_.fetch(name_there_, directory_.incoming(), &error_);
         // Also after an error or Ctrl-C: the name is ours.
         instrument_.discard(name_there_);
@@ -348,7 +367,7 @@ class runner {
         }
         planned_.push_back(next_);
         return session_.add(directory_.incoming(), wide, &error_) && measure(wide) &&
-               aim(position, &wide) && take_zooms(position, wide) &&
+               measure_noise() && aim(position, &wide) && take_zooms(position, wide) &&
                (!job_.sweep || take_sweep(position));
     }
 
@@ -389,6 +408,33 @@ class runner {
         std::printf("  the board is %.0f mm away, tilted by %.0f deg\n", distance_mm_,
                     0.5 * (look[0].tilt_deg + look[1].tilt_deg));
         return true;
+    }
+
+    /// The noise of a corner, from still frames of the first board: of a few where it moves.
+    bool measure_noise() {
+        if (!job_.noise || session_.noise().frames > 0 || noise_tried_) {
+            return true;
+        }
+        noise_tried_ = true;
+        std::printf("  %d still frames for the corner noise: leave the board for about %.0f s\n",
+                    stills, std::ceil(stills * seconds_a_pair_));
+        std::vector<capture_still> views;
+        session_corner_noise noise{};
+        while (static_cast<int>(views.size()) < stills) {
+            capture_shot shot;
+            double whites = 0;
+            if (!see(&shot, &whites, 1)) {
+                return false;
+            }
+            views.push_back(shot.view);
+            if (static_cast<int>(views.size()) % first_stills == 0 &&
+                !capture_noise_of(views, &noise)) {
+                std::printf("  the board moved or was covered: the corner noise stays unknown\n");
+                return true;
+            }
+        }
+        std::printf("  corner noise %.3f and %.3f px\n", noise.px[0], noise.px[1]);
+        return session_.add_noise(noise, &error_);
     }
 
     /// Turns both cameras to the board, if that was planned and they are off.
@@ -516,7 +562,8 @@ class runner {
     capture_windows window_px_{};  // where the frames begin on the sensors
     capture_place next_;
     std::vector<capture_place> planned_;
-    double distance_mm_ = 0;
+    double distance_mm_ = 0, seconds_a_pair_ = 0;
+    bool noise_tried_ = false;
     int captures_ = 0, captures_planned_ = 0;    // of a position; 0: not known yet
     bool exposed_ = false, brightened_ = false;  // in this run; for this position
 };

@@ -17,6 +17,7 @@ struct capture_job {
     double baseline_mm = 250;
     bool keep_window = false;
     bool autofocus = true;  // else the focus follows the measured distance
+    bool noise = true;      // of a corner, from still frames
     bool sweep = true;      // each position is also seen at other pans
 };
 

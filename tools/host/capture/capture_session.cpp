@@ -60,12 +60,23 @@ capture_shot shot_of(const session_pair_files &files) {
         shot.pan_q4[side] = axes.pan_q4;
         shot.pan_deg[side] = files.state.origin.side[side].axis[CALIBRATION_PAN].mean;
         shot.frame[side] = base_name(files.path[side]);
+        const pair_frame &frame = files.pair->frame[side];
+        shot.window_px[side] = {frame.window.column_px, frame.window.row_px,
+                                static_cast<int>(frame.image.width_px),
+                                static_cast<int>(frame.image.height_px)};
     }
     return shot;
 }
 
-void add_shot(void *list, const session_pair_files *files) {
-    static_cast<std::vector<capture_shot> *>(list)->push_back(shot_of(*files));
+/// What was found in a session.
+struct found_pairs {
+    std::vector<capture_shot> shots;
+    session_corner_noise noise{};
+};
+
+void add_shot(void *found, const session_pair_files *files) {
+    static_cast<found_pairs *>(found)->shots.push_back(shot_of(*files));
+    static_cast<found_pairs *>(found)->noise = files->corner_noise;
 }
 
 bool is_same_instrument(const session_instrument &one, const session_instrument &other) {
@@ -151,8 +162,9 @@ bool capture_session::load(std::string *error) {
     if (!session_pairs_here(path_.c_str())) {
         return true;
     }
-    std::vector<capture_shot> shots;
-    const int code = session_pairs_read(path_.c_str(), true, add_shot, &shots, &last_error);
+    found_pairs found_here;
+    std::vector<capture_shot> &shots = found_here.shots;
+    const int code = session_pairs_read(path_.c_str(), true, add_shot, &found_here, &last_error);
     if (code < 0 && code != ERROR_MISSING) {
         *error = last_error.text;
         return false;
@@ -178,19 +190,36 @@ bool capture_session::load(std::string *error) {
         }
     }
     shots_ = std::move(shots);
+    noise_ = found_here.noise;
+    return true;
+}
+
+bool capture_session::check_window(const std::array<capture_window, 2> &window_px,
+                                   std::string *error) const {
+    for (size_t side = 0; side < 2 && !shots_.empty(); side++) {
+        const capture_window &before = shots_[0].window_px[side], &now = window_px[side];
+        if (before != now) {
+            *error = report_text_format(
+                "%s: begun with a %swindow of %d x %d px at %d, %d, and it is %d x %d at %d, %d "
+                "(set the same, or give another directory)",
+                path_.c_str(), sides[side], before[2], before[3], before[0], before[1], now[2],
+                now[3], now[0], now[1]);
+            return false;
+        }
+    }
     return true;
 }
 
 bool capture_session::look(const std::string &incoming, capture_shot *shot,
                            std::string *error) const {
     message last_error{};
-    std::vector<capture_shot> found;
+    found_pairs found;
     if (session_pairs_read(incoming.c_str(), false, add_shot, &found, &last_error) != 1) {
         *error = last_error.text;
         return false;
     }
-    *shot = found[0];
-    return true;
+    *shot = found.shots[0];
+    return check_window(shot->window_px, error);
 }
 
 bool capture_session::open(const std::string &incoming, std::string *error) {
@@ -264,6 +293,16 @@ void capture_session::settle_layouts(capture_shot *next) {
         views.push_back(&shot.view[1]);
     }
     calib::settle_layouts(board_, views);
+}
+
+bool capture_session::add_noise(const session_corner_noise &noise, std::string *error) {
+    message last_error{};
+    const std::string text = report_text_format(SESSION_CORNER_NOISE "%.4f %.4f %u", noise.px[0],
+                                                noise.px[1], static_cast<unsigned>(noise.frames));
+    const int code = session_writer_command(writer_.get(), text.c_str(), &last_error);
+    *error = code == 0 ? "" : last_error.text;
+    noise_ = code == 0 ? noise : noise_;
+    return code == 0;
 }
 
 bool capture_session::write_corners(std::string *error) const {

@@ -12,8 +12,12 @@
 #include <vector>
 
 #include "calib/base/corner_cache.hpp"
+#include "daemon/session/session_pairs.h"
 
 struct session_writer;
+
+/// The part of a sensor that a frame shows: column, row, width and height.
+using capture_window = std::array<int, 4>;
 
 /// A pair of the session.
 struct capture_shot {
@@ -21,6 +25,7 @@ struct capture_shot {
     std::array<double, 2> zoom_counts{};
     std::array<uint16_t, 2> pan_q4{};
     std::array<double, 2> pan_deg{};
+    std::array<capture_window, 2> window_px{};
     std::array<std::string, 2> frame;  // names of the files
     std::array<calib::board_view, 2> view;
     uint64_t begin_us = 0, end_us = 0;  // of the exposures, by the instrument's clock
@@ -37,6 +42,9 @@ class capture_session {
     /// Reads the shots of a session that exists. False with one sentence in `*error`.
     bool load(std::string *error);
 
+    /// Whether the pairs so far were taken of these parts of the sensors. False with one sentence.
+    bool check_window(const std::array<capture_window, 2> &window_px, std::string *error) const;
+
     /// Reads a session of one pair, as the instrument has written it, without adding it: its frames
     /// lie in `incoming`. False with one sentence.
     bool look(const std::string &incoming, capture_shot *shot, std::string *error) const;
@@ -44,11 +52,15 @@ class capture_session {
     void settle_layouts(capture_shot *next);
     /// Adds that pair, whose corners are now known, with the frames.
     bool add(const std::string &incoming, const capture_shot &shot, std::string *error);
+    /// Notes the noise of a corner, once a pair was added.
+    bool add_noise(const session_corner_noise &noise, std::string *error);
     /// Ends the session, until the next `add`.
     bool close(std::string *error);
 
     const std::vector<capture_shot> &shots() const { return shots_; }
     const std::string &path() const { return path_; }
+    /// The noise of a corner; no frames: it was not measured.
+    const session_corner_noise &noise() const { return noise_; }
 
   private:
     bool open(const std::string &incoming, std::string *error);
@@ -59,6 +71,7 @@ class capture_session {
     calib::board board_;
     std::unique_ptr<session_writer> writer_;
     std::vector<capture_shot> shots_;
+    session_corner_noise noise_{};
     uint32_t noted_position_ = 0;
 };
 

@@ -15,7 +15,7 @@ struct request {
     int zooms = 13, positions = 12, focus = 0;
     double f_number = 8, baseline = 250;
     double range[2] = {800, 2400};
-    bool no_sweep, keep_window;
+    bool no_sweep, no_noise, keep_window;
 };
 
 const command_argument options[] = {
@@ -60,6 +60,8 @@ const command_argument options[] = {
                   "autofocus distance"),
     flag_option("no-sweep", offsetof(request, no_sweep),
                 "Take no additional pairs at other pan angles."),
+    flag_option("no-noise", offsetof(request, no_noise),
+                "Take no still frames for the corner noise."),
     flag_option(
         "keep-window", offsetof(request, keep_window),
         "Use the window that is set. Default: the whole sensor, which stays set, where a window "
@@ -78,14 +80,16 @@ const option_page page = {
     "known only as well as the mean of its rests. Nothing else may move at a position.\n"
     "The longest zoom is the last that its motor reaches from the side from which it always comes "
     "(the profile's lens_zoom_approach and lens_zoom_backlash): beyond it the gears' play shows.\n"
+    "At the first position 30 still frames show the noise of a corner, which the calibration then "
+    "states apart from the errors of its model; how long they take is printed first.\n"
     "First the lenses are driven to both ends of the zooms. A saved calibration is not used.\n"
     "DIR becomes an ordinary session of all pairs, with corners.vnl (the corners, in mrcal's "
     "format) and guide.svg, which shows what is covered and where to place the board next: open it "
     "in a browser and reload it. Enter takes the position, q ends; after Ctrl-C or an error the "
     "same command continues with the next position.\n"
     "Positions are from the point between the cameras: away along the view, right, and down.\n"
-    "Exit codes: 0 ended or complete; 3 no instrument, or it failed, or another board or "
-    "instrument than before; 130 see \"vergence --help\".",
+    "Exit codes: 0 ended or complete; 3 no instrument, or it failed, or another board, "
+    "window or instrument than before; 130 see \"vergence --help\".",
     "vergence calibrate capture zooms --board 10x7 --square 24 --charuco 4x4_50 --marker 17\n"
     "vergence calibrate zooms --board 10x7 --square 24 --charuco 4x4_50 --marker 17 --corners "
     "zooms/corners.vnl",
@@ -128,6 +132,7 @@ int command_capture(int argc, char **argv) {
     job.far_mm = asked.range[1];
     job.autofocus = asked.focus == 0;
     job.sweep = !asked.no_sweep;
+    job.noise = !asked.no_noise;
     job.keep_window = asked.keep_window;
     return capture_job_run(job);
 }
