@@ -72,7 +72,7 @@ static size_t previous_start(const struct editor *self, size_t at) {
 }
 
 /// Columns after the prompt; the terminal's last one stays free, as writing there may wrap.
-static size_t room(const struct editor *self) {
+static size_t text_columns(const struct editor *self) {
     const size_t taken = width_of(self->prompt, strlen(self->prompt)) + 1;
     return self->columns >= taken + COLUMNS_MIN ? self->columns - taken : COLUMNS_MIN;
 }
@@ -84,12 +84,13 @@ static void scroll(struct editor *self) {
     }
     while (self->scrolled > 0) {
         const size_t more = previous_start(self, self->scrolled);
-        if (width_of(self->line + more, self->length - more) >= room(self)) {
+        if (width_of(self->line + more, self->length - more) >= text_columns(self)) {
             break;
         }
         self->scrolled = more;
     }
-    while (width_of(self->line + self->scrolled, self->cursor - self->scrolled) >= room(self)) {
+    while (width_of(self->line + self->scrolled, self->cursor - self->scrolled) >=
+           text_columns(self)) {
         self->scrolled = next_start(self, self->scrolled);
     }
     INVARIANT(self->scrolled <= self->cursor);
@@ -97,12 +98,12 @@ static void scroll(struct editor *self) {
 
 static void draw(struct editor *self) {
     scroll(self);
-    if (self->drawn > room(self)) {
-        self->drawn = room(self);  // the window is narrower now: more blanks would wrap
+    if (self->drawn > text_columns(self)) {
+        self->drawn = text_columns(self);  // the window is narrower now: more blanks would wrap
     }
     size_t end = self->scrolled;
     size_t width = 0;
-    while (end < self->length && width < room(self)) {
+    while (end < self->length && width < text_columns(self)) {
         end = next_start(self, end);
         width++;
     }
@@ -153,7 +154,7 @@ static void insert(struct editor *self, const char *text, size_t bytes) {
     self->cursor += bytes;
     // Appending sends one character instead of the whole line: serial lines are slow.
     const size_t width = width_of(self->line + self->scrolled, self->length - self->scrolled);
-    if (at_end && width < room(self)) {
+    if (at_end && width < text_columns(self)) {
         self->send(self->self, text, bytes);
         self->drawn = width;
     } else {

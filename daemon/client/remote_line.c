@@ -221,11 +221,11 @@ bool remote_line_send(struct remote_line *self, const char *data, size_t bytes) 
             bytes -= (size_t)sent;
             continue;
         }
-        struct pollfd room = {.fd = self->fd, .events = POLLOUT};
+        struct pollfd writable = {.fd = self->fd, .events = POLLOUT};
         if (sent < 0 && errno != EAGAIN && errno != EINTR) {
             return false;
         }
-        if (poll(&room, 1, SEND_MS) == 0) {
+        if (poll(&writable, 1, SEND_MS) == 0) {
             return false;
         }
     }

@@ -14,7 +14,7 @@
 #include "daemon/base/process.h"
 #include "daemon/cli/editor.h"
 #include "daemon/commands/commands.h"
-#include "daemon/commands/room_check.h"
+#include "daemon/commands/space_check.h"
 #include "daemon/files/token.h"
 #include "daemon/server/dispatch.h"
 
@@ -205,14 +205,14 @@ static void put_frames(const struct command_call *call) {
 static void put_memory(const struct command_call *call) {
     struct daemon *daemon = daemon_of(call);
     const struct memory_used used = memory_used_now();
-    const struct room room = room_check_now(daemon);
+    const struct free_space available = space_check_now(daemon);
     reply_group_begin(call, "memory", false);
     put_mib(call, "daemon", used.bytes);
     put_mib(call, "daemon_peak", used.peak_bytes);
     put_frames(call);
     if (daemon->files_fd >= 0) {
-        put_mib(call, "files", room_used_bytes(daemon->files_fd));
-        reply_text(call, "files_in_memory", room.files_in_memory ? "yes" : "no");
+        put_mib(call, "files", free_space_used_bytes(daemon->files_fd));
+        reply_text(call, "files_in_memory", available.files_in_memory ? "yes" : "no");
     }
     for (int stage = 0; stage < DAEMON_STAGES_MAX; stage++) {
         const uint64_t peak_bytes = daemon->stages[stage].peak_bytes;
@@ -223,7 +223,7 @@ static void put_memory(const struct command_call *call) {
     reply_group_end(call);
 }
 
-static void put_room(const struct command_call *call) {
+static void put_free_space(const struct command_call *call) {
     const int files_fd = daemon_of(call)->files_fd;
     struct statfs about;
     put_mib(call, "memory_free", memory_available_bytes());
@@ -258,7 +258,7 @@ static void put_camera(const struct command_call *call, const struct v4l2_camera
 static int run_system(const struct command_call *call) {
     put_date(call);
     put_kernel(call);
-    put_room(call);
+    put_free_space(call);
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct v4l2_camera *camera = daemon_of(call)->cameras[side];
         if (camera != NULL) {

@@ -15,7 +15,7 @@
 #include "daemon/base/base64.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/room_check.h"
+#include "daemon/commands/space_check.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/directory_names.h"
 #include "daemon/files/file_io.h"
@@ -176,7 +176,7 @@ int files_write(const struct command_call *call, const char *name, const void *d
     if (error != 0) {
         return error;
     }
-    const int full = room_check(call, &(struct room){.files_bytes = bytes}, NULL);
+    const int full = space_check(call, &(struct free_space){.files_bytes = bytes}, NULL);
     if (full != 0) {
         return full;
     }

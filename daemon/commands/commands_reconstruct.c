@@ -295,7 +295,7 @@ static int compute(struct surface *self) {
     job->source = &source;
     job->texts = &texts;
     job->observer = &observer;
-    job->check_room = true;
+    job->check_space = true;
     job->files = daemon_of(self->call)->files_fd;
     job->files_limit_bytes = (uint64_t)daemon_of(self->call)->config.files_limit_mb * 1000000;
     int error = reconstruct_job_run(job);

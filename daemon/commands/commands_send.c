@@ -17,7 +17,7 @@
 #include "daemon/base/base64.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/room_check.h"
+#include "daemon/commands/space_check.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/own_remove.h"
 
@@ -181,8 +181,8 @@ static int announce(struct receipt *self) {
     if (self->have >= self->size) {
         return finish(self);
     }
-    const struct room rest = {.files_bytes = (uint64_t)(self->size - self->have)};
-    const int full = room_check(self->call, &rest, NULL);
+    const struct free_space rest = {.files_bytes = (uint64_t)(self->size - self->have)};
+    const int full = space_check(self->call, &rest, NULL);
     return full != 0 ? full : answer(self, false);
 }
 

@@ -9,7 +9,7 @@
 #include "daemon/base/process.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/room_check.h"
+#include "daemon/commands/space_check.h"
 #include "daemon/session/calibration_at.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/session_write.h"
@@ -107,7 +107,7 @@ static void write_beginning(void *cookie) {
             : session_writer_begin(&session->writer, daemon->files_fd, session->name,
                                    version_build_id(), call->rig->profile.name, date, &message);
     if (error == 0) {
-        session->writer.room_bytes = room_check_now(daemon).files_bytes;
+        session->writer.free_bytes = space_check_now(daemon).files_bytes;
         error = session_writer_instrument(&session->writer, &self->instrument, &message);
         // A saved one that the pair was taken without, since it cannot be read, is left out.
         const bool left_out = self->captured != NULL && self->captured->calibration_length == 0;
@@ -296,7 +296,7 @@ static int run_capture(const struct command_call *call) {
     int error = named ? check_name(call, &call->values[CAPTURE_NAME], add)
                 : add ? command_fail(call, ERROR_ARGUMENT, "capture: add needs the session's NAME")
                       : 0;
-    error = error != 0 ? error : room_check_pair(call, &options, named);
+    error = error != 0 ? error : space_check_pair(call, &options, named);
     if (error != 0) {
         return error;
     }
@@ -374,7 +374,7 @@ static int start_recording(const struct command_call *call) {
         return command_fail(call, ERROR_BUSY, "record: already recording %s", session->name);
     }
     int error = check_name(call, &call->values[1], false);
-    error = error != 0 ? error : room_check_recording(call);
+    error = error != 0 ? error : space_check_recording(call);
     error = error != 0 ? error : begin_session(call, &call->values[1], "record", false, NULL);
     if (error != 0) {
         return error;

@@ -14,7 +14,7 @@
 #include "daemon/board/tftp.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/room_check.h"
+#include "daemon/commands/space_check.h"
 
 enum { IMAGE, OLDER };
 enum { SLOTS = 2, VERIFY_BYTES = 16384 };
@@ -71,8 +71,8 @@ static void close_slots(struct update *self) {
 
 /// Memory for one image, if enough is free.
 static int take_memory(struct update *self) {
-    const struct room need = {.memory_bytes = self->capacity};
-    const int error = room_check(self->call, &need, "remove files");
+    const struct free_space need = {.memory_bytes = self->capacity};
+    const int error = space_check(self->call, &need, "remove files");
     if (error != 0) {
         return error;
     }

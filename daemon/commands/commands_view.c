@@ -5,7 +5,7 @@
 
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/room_check.h"
+#include "daemon/commands/space_check.h"
 #include "daemon/images/picture.h"
 #include "daemon/images/picture_marks.h"
 #include "daemon/session/capture.h"
@@ -122,14 +122,14 @@ static void put_answer(const struct view *self) {
 }
 
 /// Checks that there is room for both frames, the picture and its file.
-static int check_room(const struct view *self) {
+static int check_space(const struct view *self) {
     enum { MARKED_BYTES = RIG_SIDES * VIEW_SIDE_MAX_PX * VIEW_SIDE_MAX_PX };
     const struct command_call *call = self->call;
     const bool bridge = call->rig->profile.bridge;
-    struct room_frames frames = {.memory_images = room_check_look_images(call, self->full)};
+    struct free_space_frames frames = {.memory_images = space_check_look_images(call, self->full)};
     if (self->full) {
         // The picture has 3 bytes a pixel, its file no more.
-        const bool mosaic = room_check_layout(daemon_of(call)) == RAW_BAYER_GRBG;
+        const bool mosaic = space_check_layout(daemon_of(call)) == RAW_BAYER_GRBG;
         const double picture = RIG_SIDES * (mosaic ? 3.0 : 1.0) / sizeof(uint16_t);
         frames.memory_images += 2 * picture;
         frames.files_images = picture;
@@ -138,7 +138,7 @@ static int check_room(const struct view *self) {
         frames.fixed.memory_bytes = (bridge ? 4 : 2) * MARKED_BYTES;
         frames.fixed.files_bytes = MARKED_BYTES;
     }
-    return room_check_frames(call, &frames);
+    return space_check_frames(call, &frames);
 }
 
 static int run_view(const struct command_call *call) {
@@ -148,7 +148,7 @@ static int run_view(const struct command_call *call) {
         return unavailable;
     }
     view = (struct view){.call = call, .full = command_is_set(&call->values[VIEW_FULL])};
-    int error = check_room(&view);
+    int error = check_space(&view);
     if (error != 0) {
         return error;
     }

@@ -41,7 +41,7 @@ DIR *files_list_below(int root, const char *name);
 int files_open_directory(const struct command_call *call, const char *name);
 
 /// Writes a file atomically: no reader sees a part of it. `name` has no /. 0: file and name are on
-/// the disk. Else an error with the call's message: there is no room for it (room_check.h), the
+/// the disk. Else an error with the call's message: there is no room for it (space_check.h), the
 /// file was not written, or a power loss may remove it.
 int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes);
 

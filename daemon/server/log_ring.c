@@ -165,8 +165,8 @@ static bool send_line(struct log_ring *self, const struct log_ring_line *line, u
     // A line is shorter than PIPE_BUF: if a pipe is writable, it takes the whole line at once. The
     // daemon's own file does not block; /dev/kmsg, which may be one, never says that it is
     // writable.
-    struct pollfd room = {.fd = self->fd, .events = POLLOUT};
-    if (self->path[0] == '\0' && poll(&room, 1, 0) <= 0) {
+    struct pollfd writable = {.fd = self->fd, .events = POLLOUT};
+    if (self->path[0] == '\0' && poll(&writable, 1, 0) <= 0) {
         return false;
     }
     const ssize_t sent = write(self->fd, text, (size_t)length);

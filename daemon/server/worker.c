@@ -323,8 +323,8 @@ bool worker_submit(struct worker *self, struct job *job) {
     INVARIANT(atomic_load(&job->state) == JOB_WAITING);
     pthread_mutex_lock(&self->lock);
     INVARIANT(self->count <= self->capacity && self->first < CONFIG_QUEUE_MAX);
-    const bool room = self->count < self->capacity;
-    if (room) {
+    const bool fits = self->count < self->capacity;
+    if (fits) {
         job->worker = self;
         job->queued_us = monotonic_now_us();
         job->ahead = (uint32_t)self->count + (self->running != NULL);

@@ -146,7 +146,7 @@ static void copy_text(char *target, size_t bytes, const char *text) {
 static int set_up(struct session_writer *self, const char *path, struct message *message) {
     memset(self, 0, sizeof *self);
     self->directory = self->index = -1;
-    self->room_bytes = UINT64_MAX;
+    self->free_bytes = UINT64_MAX;
     if (strlen(path) >= sizeof self->path) {
         return message_set(message, ERROR_ARGUMENT, "%s: name too long", path);
     }
@@ -345,11 +345,11 @@ int session_writer_frame(struct session_writer *self, const struct raw_image *im
     if (!is_there(self, name)) {
         const uint64_t bytes = (uint64_t)raw_image_row_values(image) * (uint64_t)image->height_px *
                                (uint64_t)session_frame_value_bytes(image);
-        if (bytes > self->room_bytes) {
+        if (bytes > self->free_bytes) {
             errno = ENOSPC;
             return fail(self, name, message);
         }
-        self->room_bytes -= self->room_bytes != UINT64_MAX ? bytes : 0;
+        self->free_bytes -= self->free_bytes != UINT64_MAX ? bytes : 0;
         struct atomic_file part;
         if (!atomic_file_begin(&part, self->directory, name, SESSION_FILE_MODE)) {
             return fail(self, name, message);

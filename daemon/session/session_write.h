@@ -37,7 +37,7 @@ struct session_writer {
     uint32_t resumed_crc;
     int64_t resumed_bytes;
     /// Limit for the frames yet to be written, set after session_writer_begin, which sets none.
-    uint64_t room_bytes;
+    uint64_t free_bytes;
     unsigned char buffer[SESSION_WRITE_BUFFER_BYTES];
     struct session_event event;  // the event being written
 };

@@ -16,7 +16,7 @@
 #include "daemon/session/calibration_match.h"
 #include "daemon/surface/reconstruct_beyond.h"
 #include "daemon/surface/reconstruct_pictures.h"
-#include "daemon/surface/reconstruct_room.h"
+#include "daemon/surface/reconstruct_space.h"
 #include "daemon/surface/reconstruct_summary.h"
 #include "daemon/surface/result/result_figures.h"
 
@@ -241,12 +241,12 @@ static int allocate(struct reconstruct_job *job) {
     job->context.threads = workers_parallel(job->workers)->threads;
     const struct reconstruct_files_wanted wanted = {
         job->outputs->writers, job->outputs->writer_count, job->request->files};
-    const struct room need = reconstruct_room_need(&job->context, &wanted);
+    const struct free_space need = reconstruct_space_need(&job->context, &wanted);
     job->context.arena_bytes = job->memory_bytes = (size_t)need.memory_bytes;
-    if (job->check_room) {
-        const struct room room = room_now(job->files, job->files_limit_bytes);
-        if (!room_fits(&room, &need)) {
-            return reconstruct_room_refuse(&job->context, &wanted, &room, &job->message);
+    if (job->check_space) {
+        const struct free_space available = free_space_now(job->files, job->files_limit_bytes);
+        if (!free_space_fits(&available, &need)) {
+            return reconstruct_space_refuse(&job->context, &wanted, &available, &job->message);
         }
     }
     job->memory = mmap(NULL, job->memory_bytes, PROT_READ | PROT_WRITE,

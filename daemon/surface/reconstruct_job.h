@@ -67,8 +67,8 @@ struct reconstruct_job {
     const struct reconstruct_texts *texts;
     const struct reconstruct_observer *observer;
     /// Check before the work that there is room for it and its files, which go into the directory
-    /// `files` with its limit, see room_now.
-    bool check_room;
+    /// `files` with its limit, see free_space_now.
+    bool check_space;
     int files;
     uint64_t files_limit_bytes;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Memory and space for files that are left, for work that checks before it begins: a kernel that
 /// has promised too much memory kills processes, and a disk that fills leaves half a result.
-#ifndef VERGENCE_DAEMON_FILES_ROOM_H
-#define VERGENCE_DAEMON_FILES_ROOM_H
+#ifndef VERGENCE_DAEMON_FILES_FREE_SPACE_H
+#define VERGENCE_DAEMON_FILES_FREE_SPACE_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 /// Bytes that are there, or that are needed.
-struct room {
+struct free_space {
     uint64_t memory_bytes, files_bytes;
     bool files_in_memory;  ///< files take memory as well
     bool files_limited;    ///< `files_bytes` are what is left of a limit, not of a disk
@@ -20,17 +20,17 @@ struct room {
 
 /// What is there now, a reserve of memory for everything else excepted. `files`: a directory, which
 /// may be open as O_PATH, in which all files may take `files_limit_bytes` (0: no limit); -1: none.
-struct room room_now(int files, uint64_t files_limit_bytes);
+struct free_space free_space_now(int files, uint64_t files_limit_bytes);
 
 /// Whether the bytes of `need` are there. Files in memory need both.
-bool room_fits(const struct room *room, const struct room *need);
+bool free_space_fits(const struct free_space *available, const struct free_space *need);
 
 /// Bytes of memory that `need` takes with its files.
-uint64_t room_memory_bytes(const struct room *room, const struct room *need);
+uint64_t free_space_memory_bytes(const struct free_space *available, const struct free_space *need);
 
 /// Bytes that the files below a directory take, in whole pages; links are not followed. `directory`
 /// may be open as O_PATH.
-uint64_t room_used_bytes(int directory);
+uint64_t free_space_used_bytes(int directory);
 
 #ifdef __cplusplus
 }

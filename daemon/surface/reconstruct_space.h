@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The check that there is room for a reconstruction and its files.
-#ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_ROOM_H
-#define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_ROOM_H
+#ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_SPACE_H
+#define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_SPACE_H
 
-#include "daemon/files/room.h"
+#include "daemon/files/free_space.h"
 #include "daemon/surface/result/reconstruct_context.h"
 
 #ifdef __cplusplus
@@ -18,13 +18,13 @@ struct reconstruct_files_wanted {
 };
 
 /// What the work and its files need at most. The context's plan is made, its threads are set.
-struct room reconstruct_room_need(const struct reconstruct_context *context,
-                                  const struct reconstruct_files_wanted *wanted);
+struct free_space reconstruct_space_need(const struct reconstruct_context *context,
+                                         const struct reconstruct_files_wanted *wanted);
 
 /// ERROR_MEMORY or ERROR_FULL, with what is needed, what is there and what would fit in `message`.
-int reconstruct_room_refuse(const struct reconstruct_context *context,
-                            const struct reconstruct_files_wanted *wanted, const struct room *room,
-                            struct message *message);
+int reconstruct_space_refuse(const struct reconstruct_context *context,
+                             const struct reconstruct_files_wanted *wanted,
+                             const struct free_space *available, struct message *message);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/surface/reconstruct_room.h"
+#include "daemon/surface/reconstruct_space.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -15,17 +15,17 @@ static const char mesh_name[] = "mesh.ply";
 struct refusal {
     const struct reconstruct_context *context;
     const struct reconstruct_files_wanted *wanted;
-    const struct room *room;
+    const struct free_space *available;
 };
 
 /// What is needed under a plan. `mesh`: with the mesh, if it is wanted.
-static struct room need_of(const struct reconstruct_context *context,
-                           const struct reconstruct_files_wanted *wanted,
-                           const struct rectify_plan *plan, bool mesh) {
+static struct free_space need_of(const struct reconstruct_context *context,
+                                 const struct reconstruct_files_wanted *wanted,
+                                 const struct rectify_plan *plan, bool mesh) {
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
     const int width_px = context->left.width_px > context->right.width_px ? context->left.width_px
                                                                           : context->right.width_px;
-    struct room need = {
+    struct free_space need = {
         .memory_bytes = reconstruct_need_bytes(width_px, plan, context->options, context->threads)};
     for (int i = 0; i < wanted->writer_count; i++) {
         const struct result_writer *writer = &wanted->writers[i];
@@ -38,8 +38,8 @@ static struct room need_of(const struct reconstruct_context *context,
     return need;
 }
 
-struct room reconstruct_room_need(const struct reconstruct_context *context,
-                                  const struct reconstruct_files_wanted *wanted) {
+struct free_space reconstruct_space_need(const struct reconstruct_context *context,
+                                         const struct reconstruct_files_wanted *wanted) {
     return need_of(context, wanted, &context->result->plan, true);
 }
 
@@ -71,8 +71,8 @@ static bool advise_part(const struct refusal *self, bool region, char text[ADVIC
         if (rectify_plan_make(context->calibration, &options, &plan) != ERROR_OK) {
             continue;
         }
-        const struct room need = need_of(context, self->wanted, &plan, true);
-        if (!room_fits(self->room, &need)) {
+        const struct free_space need = need_of(context, self->wanted, &plan, true);
+        if (!free_space_fits(self->available, &need)) {
             continue;
         }
         if (region) {
@@ -96,9 +96,9 @@ static void advise(const struct refusal *self, char advice[MESSAGE_BYTES]) {
         count += advise_part(self, false, parts[count]);
     }
     count += advise_part(self, true, parts[count]);
-    const struct room all = reconstruct_room_need(context, self->wanted);
-    const struct room need = need_of(context, self->wanted, &context->result->plan, false);
-    if (need.files_bytes < all.files_bytes && room_fits(self->room, &need)) {
+    const struct free_space all = reconstruct_space_need(context, self->wanted);
+    const struct free_space need = need_of(context, self->wanted, &context->result->plan, false);
+    if (need.files_bytes < all.files_bytes && free_space_fits(self->available, &need)) {
         snprintf(parts[count++], ADVICE_BYTES, "all files but %s", mesh_name);
     }
     size_t length = 0;
@@ -113,24 +113,24 @@ static void advise(const struct refusal *self, char advice[MESSAGE_BYTES]) {
     }
 }
 
-int reconstruct_room_refuse(const struct reconstruct_context *context,
-                            const struct reconstruct_files_wanted *wanted, const struct room *room,
-                            struct message *message) {
-    const struct refusal self = {context, wanted, room};
-    const struct room need = reconstruct_room_need(context, wanted);
+int reconstruct_space_refuse(const struct reconstruct_context *context,
+                             const struct reconstruct_files_wanted *wanted,
+                             const struct free_space *available, struct message *message) {
+    const struct refusal self = {context, wanted, available};
+    const struct free_space need = reconstruct_space_need(context, wanted);
     char advice[MESSAGE_BYTES];
     advise(&self, advice);
-    if (need.files_bytes > room->files_bytes) {
+    if (need.files_bytes > available->files_bytes) {
         return message_set(
             message, ERROR_FULL,
             "no room for the results: up to %.1f MB are required, %.1f MB are free%s "
             "(%s)",
-            (double)need.files_bytes / bytes_per_mb, (double)room->files_bytes / bytes_per_mb,
-            room->files_limited ? " of files_limit" : "", advice);
+            (double)need.files_bytes / bytes_per_mb, (double)available->files_bytes / bytes_per_mb,
+            available->files_limited ? " of files_limit" : "", advice);
     }
     return message_set(message, ERROR_MEMORY,
                        "out of memory: %.1f MB are required%s, %.1f MB are free (%s)",
-                       (double)room_memory_bytes(room, &need) / bytes_per_mb,
-                       room->files_in_memory ? " with the results" : "",
-                       (double)room->memory_bytes / bytes_per_mb, advice);
+                       (double)free_space_memory_bytes(available, &need) / bytes_per_mb,
+                       available->files_in_memory ? " with the results" : "",
+                       (double)available->memory_bytes / bytes_per_mb, advice);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/files/room.h"
+#include "daemon/files/free_space.h"
 
 #include <fcntl.h>
 #include <linux/magic.h>
@@ -12,7 +12,7 @@
 #include "daemon/base/raw_memory.h"
 #include "daemon/files/directory_names.h"
 
-uint64_t room_used_bytes(int directory) {
+uint64_t free_space_used_bytes(int directory) {
     enum { PAGE_BYTES = 4096 };
     const int fd = openat(directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     DIR *stream = directory_stream(fd);
@@ -29,7 +29,7 @@ uint64_t room_used_bytes(int directory) {
         if (S_ISDIR(about.st_mode)) {
             const int below =
                 openat(fd, entry->d_name, O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-            bytes += below >= 0 ? room_used_bytes(below) : 0;
+            bytes += below >= 0 ? free_space_used_bytes(below) : 0;
             close(below);
         } else if (S_ISREG(about.st_mode)) {
             bytes += ((uint64_t)about.st_size + PAGE_BYTES - 1) / PAGE_BYTES * PAGE_BYTES;
@@ -43,35 +43,36 @@ static uint64_t left_of(uint64_t bytes, uint64_t used) {
     return bytes > used ? bytes - used : 0;
 }
 
-struct room room_now(int files, uint64_t files_limit_bytes) {
+struct free_space free_space_now(int files, uint64_t files_limit_bytes) {
     struct statfs about;
-    struct room room = {
+    struct free_space available = {
         .memory_bytes = left_of(memory_available_bytes(), RAW_MEMORY_RESERVE_BYTES),
         .files_bytes = UINT64_MAX,
     };
     if (files < 0) {
-        return room;
+        return available;
     }
     if (fstatfs(files, &about) == 0) {
         const uint32_t type = (uint32_t)about.f_type;
-        room.files_in_memory = type == TMPFS_MAGIC || type == RAMFS_MAGIC;
+        available.files_in_memory = type == TMPFS_MAGIC || type == RAMFS_MAGIC;
         if (about.f_blocks != 0) {  // ramfs has no limit, and states 0
-            room.files_bytes = (uint64_t)about.f_bavail * (uint64_t)about.f_bsize;
+            available.files_bytes = (uint64_t)about.f_bavail * (uint64_t)about.f_bsize;
         }
     }
     if (files_limit_bytes > 0) {
-        const uint64_t left_bytes = left_of(files_limit_bytes, room_used_bytes(files));
-        room.files_limited = left_bytes < room.files_bytes;
-        room.files_bytes = room.files_limited ? left_bytes : room.files_bytes;
+        const uint64_t left_bytes = left_of(files_limit_bytes, free_space_used_bytes(files));
+        available.files_limited = left_bytes < available.files_bytes;
+        available.files_bytes = available.files_limited ? left_bytes : available.files_bytes;
     }
-    return room;
+    return available;
 }
 
-uint64_t room_memory_bytes(const struct room *room, const struct room *need) {
-    return need->memory_bytes + (room->files_in_memory ? need->files_bytes : 0);
+uint64_t free_space_memory_bytes(const struct free_space *available,
+                                 const struct free_space *need) {
+    return need->memory_bytes + (available->files_in_memory ? need->files_bytes : 0);
 }
 
-bool room_fits(const struct room *room, const struct room *need) {
-    return need->files_bytes <= room->files_bytes &&
-           room_memory_bytes(room, need) <= room->memory_bytes;
+bool free_space_fits(const struct free_space *available, const struct free_space *need) {
+    return need->files_bytes <= available->files_bytes &&
+           free_space_memory_bytes(available, need) <= available->memory_bytes;
 }
