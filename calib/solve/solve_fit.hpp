@@ -3,8 +3,8 @@
 #ifndef VERGENCE_CALIB_SOLVE_SOLVE_FIT_HPP
 #define VERGENCE_CALIB_SOLVE_SOLVE_FIT_HPP
 
+#include "calib/base/solution.hpp"
 #include "calib/bundle/bundle.hpp"
-#include "calib/solve/solve.hpp"
 
 namespace calib {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/solution.hpp"
 #include "calib/bundle/bundle.hpp"
-#include "calib/solve/solve.hpp"
 
 namespace calib {
 

@@ -3,9 +3,9 @@
 #ifndef VERGENCE_CALIB_SOLVE_SOLVE_RESULT_HPP
 #define VERGENCE_CALIB_SOLVE_SOLVE_RESULT_HPP
 
+#include "calib/base/solution.hpp"
 #include "calib/bundle/bundle.hpp"
 #include "calib/solve/robust.hpp"
-#include "calib/solve/solve.hpp"
 #include "calib/solve/solve_input.hpp"
 #include "calib/solve/uncertainty.hpp"
 

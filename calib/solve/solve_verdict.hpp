@@ -5,8 +5,8 @@
 
 #include <string>
 
+#include "calib/base/solution.hpp"
 #include "calib/bundle/bundle.hpp"
-#include "calib/solve/solve.hpp"
 
 namespace calib {
 

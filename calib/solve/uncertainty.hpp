@@ -8,8 +8,8 @@
 
 #include <vector>
 
+#include "calib/base/solution.hpp"
 #include "calib/bundle/bundle.hpp"
-#include "calib/solve/solve.hpp"
 
 namespace calib {
 

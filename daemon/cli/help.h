@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-#include "daemon/cli/options.h"
+#include "daemon/cli/option_page.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/serial_device.h"
+#include "daemon/settings/config.h"
 #include "daemon/settings/config_keys.h"
 #include "daemon/settings/fault_plan.h"
 

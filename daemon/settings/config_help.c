@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/settings/config.h"
 #include "daemon/settings/config_keys.h"
 
 /// Prints a comment, wrapped.

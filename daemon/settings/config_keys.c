@@ -5,6 +5,7 @@
 
 #include "console/command_words.h"
 #include "core/invariant.h"
+#include "daemon/settings/config.h"
 
 #define AT(field) offsetof(struct config, field), sizeof(((struct config *)0)->field)
 #define TEXT(key, field, meaning) \

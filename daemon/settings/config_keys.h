@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "core/suggest.h"
-#include "daemon/settings/config.h"
+#include "daemon/settings/config_types.h"
 #include "daemon/settings/quantity.h"
 
 #ifdef __cplusplus

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/files/input_file.h"
+#include "daemon/settings/config.h"
 #include "daemon/settings/config_keys.h"
 #include "daemon/settings/ini_text.h"
 

@@ -7,7 +7,7 @@
 
 #include "core/arena.h"
 #include "core/parallel.h"
-#include "stereo/reconstruct.h"
+#include "stereo/reconstruct_types.h"
 
 #ifdef __cplusplus
 extern "C" {

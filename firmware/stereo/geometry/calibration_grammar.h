@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "stereo/geometry/calibration.h"
+#include "stereo/geometry/calibration_types.h"
 
 #ifdef __cplusplus
 extern "C" {

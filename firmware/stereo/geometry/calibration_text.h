@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "stereo/geometry/calibration.h"
+#include "stereo/geometry/calibration_types.h"
 
 #ifdef __cplusplus
 extern "C" {

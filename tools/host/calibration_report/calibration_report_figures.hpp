@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/host/calibration_report/calibration_report.hpp"
+#include "tools/host/calibration_report/calibration_page.hpp"
 #include "tools/host/convert/export.hpp"
 
 /// Pose of a board in front of a camera.

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/host/calibration_report/calibration_report.hpp"
+#include "tools/host/calibration_report/calibration_page.hpp"
 #include "tools/host/calibration_report/calibration_report_figures.hpp"
 #include "tools/host/convert/export.hpp"
 

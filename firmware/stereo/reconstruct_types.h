@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The types of reconstruct.h.
+#ifndef VERGENCE_STEREO_RECONSTRUCT_TYPES_H
+#define VERGENCE_STEREO_RECONSTRUCT_TYPES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/arena.h"
+#include "core/parallel.h"
+#include "stereo/geometry/calibration.h"
+#include "stereo/geometry/rectify.h"
+#include "stereo/geometry/triangulate.h"
+#include "stereo/image/image.h"
+#include "stereo/image/raw_image.h"
+#include "stereo/image/reason.h"
+#include "stereo/match/match.h"
+#include "stereo/subpixel.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// X(name, text)
+#define RECONSTRUCT_STAGE_LIST(X) \
+    X(PLAN, "plan")               \
+    X(DEVELOP, "develop")         \
+    X(RECTIFY, "rectify")         \
+    X(MATCH, "match")             \
+    X(REFINE, "refine")           \
+    X(TRIANGULATE, "triangulate") \
+    X(MESH, "mesh")
+
+enum reconstruct_stage {
+#define RECONSTRUCT_STAGE_ENUM(name, text) RECONSTRUCT_##name,
+    RECONSTRUCT_STAGE_LIST(RECONSTRUCT_STAGE_ENUM)
+#undef RECONSTRUCT_STAGE_ENUM
+        RECONSTRUCT_STAGES
+};
+
+/// Callbacks provided by the caller. Any pointer may be NULL.
+struct reconstruct_environment {
+    const struct parallel *parallel;
+    uint64_t (*now_us)(void *self);  // monotonic; without it all stage times are 0
+    /// Called with the work done, out of the total of this stage; returns false to cancel.
+    bool (*progress)(void *self, enum reconstruct_stage stage, int done, int total);
+    void *self;
+};
+
+struct reconstruct_options {
+    struct rectify_options rectify;
+    enum match_preset preset;
+    int speckle_px;          // see match.h
+    bool keep_all;           // see match.h
+    bool fill;               // give rejected pixels the surface around: see fill.h
+    bool refine;             // sub-pixel refinement and predicted sigma
+    int32_t max_gap_q8;      // see mesh.h
+    bool recompute_surface;  // keep no points, triangles and right colours: see surface.h
+    const struct match_kernels *kernels;  // see match.h
+};
+
+/// Points into the arena, and is valid until that is released.
+struct reconstruct_result {
+    struct rectify_plan plan;
+    uint32_t calibration_crc;
+
+    struct image_u8 left, right;                  // rectified, grey
+    struct image_rgb8 left_colour;                // rectified; grey input gives equal channels
+    struct image_rgb8 right_colour;               // the same; no data if the surface is recomputed
+    struct rectify_span *left_span, *right_span;  // per row
+
+    struct match_output match;
+    struct image_u16 sigma_q8;  // predicted sigma of the disparity; 0 where not valid
+    struct triangulate_vertical vertical;
+
+    int32_t max_gap_q8;  // of the triangles
+    void *walk_memory;   // for surface_walk; NULL: the surface is kept, below
+    uint32_t vertex_count;
+    struct triangulate_point *points;  // in the left camera's frame
+    uint32_t *vertex_pixel;            // y * width + x in the rectified left image
+    int16_t (*normals_q14)[3];
+    uint32_t triangle_count;
+    uint32_t (*triangles)[3];
+
+    uint32_t reason_count[REASON_COUNT];  // number of pixels per reason; a match whose point cannot
+                                          // be triangulated, or lies outside the depths of the
+                                          // options, becomes REASON_OUT_OF_RANGE or REASON_BEYOND
+    uint32_t repeating_count;  // valid matches on repetitive texture: see match_count_repeats
+    uint64_t stage_us[RECONSTRUCT_STAGES];
+    size_t stage_peak_bytes[RECONSTRUCT_STAGES];  // of the arena; 0: the stage did not run
+    size_t match_peak_bytes;                      // of the matcher alone
+    size_t arena_peak_bytes;                      // of everything
+};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
