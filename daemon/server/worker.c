@@ -335,7 +335,7 @@ bool worker_submit(struct worker *self, struct job *job) {
         pthread_cond_signal(&self->wakeup);
     }
     pthread_mutex_unlock(&self->lock);
-    return room;
+    return fits;
 }
 
 /// Number of jobs queued before a job; `count` if it is not queued. The caller holds the lock.
