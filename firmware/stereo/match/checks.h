@@ -4,6 +4,7 @@
 #ifndef VERGENCE_STEREO_MATCH_CHECKS_H
 #define VERGENCE_STEREO_MATCH_CHECKS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -16,6 +17,16 @@ extern "C" {
 #endif
 
 enum { DISPARITY_ONE = 256 };  // disparities are in 1/256 px
+
+/// Counts memory, and takes it if there is an arena: a size is stated once.
+struct match_memory {
+    struct arena *arena;  // NULL: only count
+    size_t need_bytes;
+    bool failed;
+};
+
+/// NULL if there is no arena, or not enough memory: then `failed` is set.
+void *match_take(struct match_memory *memory, size_t count, size_t element_bytes);
 
 /// Whether a range of disparities can be searched, with the extra disparities at its ends, for any
 /// numbers of the caller.

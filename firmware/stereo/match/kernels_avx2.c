@@ -109,8 +109,14 @@ static inline uint32_t vector_equal(struct vector a, struct vector b) {
 
 // The table holds the weighted counts of a nibble.
 static inline __m256i weighted_bits(__m256i value) {
-    const __m256i table = _mm256_broadcastsi128_si256(
-        _mm_setr_epi8(0, 4, 4, 8, 4, 8, 8, 12, 4, 8, 8, 12, 8, 12, 12, 16));
+    enum {
+        ONE = TUNE_CENSUS_WEIGHT,
+        TWO = 2 * TUNE_CENSUS_WEIGHT,
+        THREE = 3 * TUNE_CENSUS_WEIGHT,
+        FOUR = 4 * TUNE_CENSUS_WEIGHT,
+    };
+    const __m256i table = _mm256_broadcastsi128_si256(_mm_setr_epi8(
+        0, ONE, ONE, TWO, ONE, TWO, TWO, THREE, ONE, TWO, TWO, THREE, TWO, THREE, THREE, FOUR));
     const __m256i low = _mm256_set1_epi8(0x0f);
     return _mm256_add_epi8(
         _mm256_shuffle_epi8(table, _mm256_and_si256(value, low)),

@@ -42,6 +42,13 @@ bool match_range_is_legal(const struct match_options *options) {
                MATCH_DISPARITY_LIMIT - options->disparity_min;
 }
 
+void *match_take(struct match_memory *memory, size_t count, size_t element_bytes) {
+    memory->need_bytes += arena_need_bytes(count, element_bytes);
+    void *taken = memory->arena == NULL ? NULL : arena_take(memory->arena, count, element_bytes);
+    memory->failed = memory->failed || taken == NULL;
+    return taken;
+}
+
 static void set_state(struct match_state *state, int width, int height,
                       const struct match_options *options, int threads) {
     state->options = *options;
@@ -67,8 +74,8 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     struct match_memory memory = {0};
     match_take_memory(&state, &memory);
     const size_t filtering = speckle_filter_need_bytes(width, options->speckle_px, threads);
-    const size_t evidence = match_check_blocks_need_bytes(width, threads);
-    const size_t after = filtering > evidence ? filtering : evidence;
+    const size_t checking = match_check_blocks_need_bytes(width, threads);
+    const size_t after = filtering > checking ? filtering : checking;
     return memory.need_bytes > after ? memory.need_bytes : after;
 }
 

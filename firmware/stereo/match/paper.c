@@ -108,31 +108,23 @@ struct paper {
     uint64_t evaluations;
 };
 
+static void take_rows(struct match_memory *memory, struct paper *paper) {
+    const size_t columns = (size_t)paper->width;
+    paper->sample = match_take(memory, 3 * (columns + 2 * SAMPLE_REACH_PX), 1);
+    paper->left_signature = match_take(memory, 2 * columns, sizeof *paper->left_signature);
+    paper->column = match_take(memory, columns, sizeof *paper->column);
+}
+
 size_t match_paper_need_bytes(int width, const struct match_options *options) {
     if (width < 1 || width > IMAGE_MAX_SIDE_PX || !match_range_is_legal(options) ||
         options->speckle_px < 0) {
         return 0;
     }
-    const size_t columns = (size_t)width;
-    const size_t matching = arena_need_bytes(3 * (columns + 2 * SAMPLE_REACH_PX), 1) +
-                            arena_need_bytes(2 * columns, sizeof(uint32_t)) +
-                            arena_need_bytes(columns, sizeof(struct column));
+    struct paper counted = {.width = width};
+    struct match_memory memory = {0};
+    take_rows(&memory, &counted);
     const size_t filtering = speckle_filter_need_bytes(width, options->speckle_px, 1);
-    return matching > filtering ? matching : filtering;
-}
-
-static bool take_rows(struct paper *paper, struct arena *arena) {
-    INVARIANT(paper->width >= MATCH_MIN_WIDTH_PX && paper->first <= paper->last);
-    const size_t columns = (size_t)paper->width;
-    paper->sample = arena_take(arena, 3 * (columns + 2 * SAMPLE_REACH_PX), 1);
-    paper->left_signature = arena_take(arena, 2 * columns, sizeof *paper->left_signature);
-    paper->column = arena_take(arena, columns, sizeof *paper->column);
-    if (paper->sample == NULL || paper->left_signature == NULL || paper->column == NULL) {
-        return false;
-    }
-    memset(paper->left_signature, 0, 2 * columns * sizeof *paper->left_signature);
-    paper->right_signature = paper->left_signature + columns;
-    return true;
+    return memory.need_bytes > filtering ? memory.need_bytes : filtering;
 }
 
 static int clamp(int value, int min, int max) {
@@ -480,10 +472,15 @@ int match_paper_run_counted(const struct match_input *input, const struct match_
     paper.width = input->left.width;
     paper.first = match_searched_min(options);
     paper.last = paper.first + match_searched_count(options) - 1;
-    if (!take_rows(&paper, arena)) {
+    INVARIANT(paper.width >= MATCH_MIN_WIDTH_PX && paper.first <= paper.last);
+    struct match_memory memory = {.arena = arena};
+    take_rows(&memory, &paper);
+    if (memory.failed) {
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }
+    memset(paper.left_signature, 0, 2 * (size_t)paper.width * sizeof *paper.left_signature);
+    paper.right_signature = paper.left_signature + paper.width;
     bool cancelled = false;
     for (int y = -2 * SIGNATURE_REACH_ROWS; y < height && !cancelled; y++) {
         const int next = y + SIGNATURE_REACH_ROWS;

@@ -16,13 +16,6 @@
 #include "stereo/match/kernels.h"
 #include "stereo/match/state.h"
 
-static void *take(struct match_memory *memory, size_t count, size_t element_bytes) {
-    memory->need_bytes += arena_need_bytes(count, element_bytes);
-    void *taken = memory->arena == NULL ? NULL : arena_take(memory->arena, count, element_bytes);
-    memory->failed = memory->failed || taken == NULL;
-    return taken;
-}
-
 // Bands of a batch: as many for each thread. With one thread one is enough.
 static int bands_of_batch(int threads) {
     const int each = MATCH_MAX_BATCH / threads;
@@ -41,34 +34,34 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
     const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
     level->batch = bands_of_batch(threads);
     for (int i = 0; i < level->batch + 2; i++) {
-        level->tile[i] = take(memory, (size_t)level->tiles, sizeof *level->tile[i]);
+        level->tile[i] = match_take(memory, (size_t)level->tiles, sizeof *level->tile[i]);
     }
     for (int i = 0; i < threads; i++) {
         for (int j = 0; j < MATCH_BAND_ROWS + 1; j++) {
-            level->cells[i][j] = take(memory, level->row_bytes, 1);
+            level->cells[i][j] = match_take(memory, level->row_bytes, 1);
         }
     }
     level->ring_rows = MATCH_RING_ROWS(threads);
     for (int i = 0; i < level->ring_rows; i++) {
-        level->ring[i] = take(memory, level->row_bytes, 1);
+        level->ring[i] = match_take(memory, level->row_bytes, 1);
     }
     // If windows never change, the averages stay in place.
     level->down_rows = has_one_window(level) ? 1 : threads + 1;
     for (int i = 0; i < level->down_rows; i++) {
-        level->down[i] = take(memory, level->row_bytes, 1);
+        level->down[i] = match_take(memory, level->row_bytes, 1);
     }
-    level->down_mass = take(memory, columns, sizeof *level->down_mass);
+    level->down_mass = match_take(memory, columns, sizeof *level->down_mass);
     const bool finest = match_is_finest(level);
     for (int i = 0; i < level->ring_rows; i++) {
         const bool scaled = level->shift_x + level->shift_y > 0;
-        level->guide[i] = finest && scaled ? take(memory, columns, 1) : NULL;
-        level->step_along[i] = take(memory, columns, 1);
-        level->step_down[i] = take(memory, columns, 1);
-        level->weight_down[i] = take(memory, columns, sizeof *level->weight_down[i]);
+        level->guide[i] = finest && scaled ? match_take(memory, columns, 1) : NULL;
+        level->step_along[i] = match_take(memory, columns, 1);
+        level->step_down[i] = match_take(memory, columns, 1);
+        level->weight_down[i] = match_take(memory, columns, sizeof *level->weight_down[i]);
     }
     level->surface_rows = MATCH_SURFACE_ROWS(level->batch);
     for (int i = 0; i < level->surface_rows && !finest; i++) {
-        level->surface[i] = take(memory, columns, sizeof *level->surface[i]);
+        level->surface[i] = match_take(memory, columns, sizeof *level->surface[i]);
     }
 }
 
@@ -135,13 +128,13 @@ static void take_scratch(const struct match_state *state, struct match_memory *m
                          struct match_scratch *scratch) {
     const struct match_level *level = &state->level[0];
     const int rows = MATCH_ROWS_ABREAST;
-    scratch->running = take(memory, (size_t)level->lanes * MATCH_TILE_COLUMNS, 1);
+    scratch->running = match_take(memory, (size_t)level->lanes * MATCH_TILE_COLUMNS, 1);
     struct block cost = {NULL, 0};
     struct block row = {NULL, 0};
     carve_cost(level, rows, &cost, scratch);
     carve_row(level, rows, &row, scratch);
     const size_t bytes = cost.used_bytes > row.used_bytes ? cost.used_bytes : row.used_bytes;
-    cost = (struct block){take(memory, bytes, 1), 0};
+    cost = (struct block){match_take(memory, bytes, 1), 0};
     row = cost;
     if (cost.at != NULL) {
         carve_cost(level, rows, &cost, scratch);
@@ -153,7 +146,7 @@ void match_take_memory(struct match_state *state, struct match_memory *memory) {
     for (int i = 0; i < state->levels; i++) {
         take_level(&state->level[i], memory);
     }
-    state->scratch = take(memory, (size_t)state->threads, sizeof *state->scratch);
+    state->scratch = match_take(memory, (size_t)state->threads, sizeof *state->scratch);
     for (int i = 0; i < state->threads; i++) {
         struct match_scratch counted;
         struct match_scratch *scratch = state->scratch == NULL ? &counted : &state->scratch[i];

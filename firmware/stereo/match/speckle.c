@@ -49,12 +49,6 @@ static int part_count(int threads) {
     return threads < MAX_PARTS ? threads : MAX_PARTS;
 }
 
-size_t speckle_filter_need_bytes(int width, int speckle_px, int threads) {
-    const size_t strip = arena_need_bytes((size_t)speckle_px, sizeof(struct place)) +
-                         2 * arena_need_bytes((size_t)width, 1);
-    return (size_t)part_count(threads) * strip;
-}
-
 // In one comparison, of numbers without a sign.
 static inline bool is_step(int32_t a_q8, int32_t b_q8) {
     return (uint32_t)a_q8 - (uint32_t)b_q8 + TUNE_ISLAND_STEP > 2 * TUNE_ISLAND_STEP;
@@ -221,23 +215,20 @@ static void speckle_filter_seams(const struct filtering *filtering) {
     }
 }
 
-static bool take_strips(struct filtering *filtering, struct arena *arena) {
-    const int width = filtering->output->reason.width;
-    const int height = filtering->output->reason.height;
+static void take_strips(struct match_memory *memory, int width, struct filtering *filtering) {
     for (int i = 0; i < filtering->parts; i++) {
         struct strip *strip = &filtering->strip[i];
-        *strip = (struct strip){
-            .output = filtering->output, .limit = filtering->limit, .undecided = {height, 0}};
-        strip->begin = height * i / filtering->parts;
-        strip->end = height * (i + 1) / filtering->parts;
-        strip->queue = arena_take(arena, (size_t)filtering->limit, sizeof *strip->queue);
-        strip->stop = arena_take(arena, (size_t)width, 1);
-        strip->joins = arena_take(arena, (size_t)width, 1);
-        if (strip->queue == NULL || strip->stop == NULL || strip->joins == NULL) {
-            return false;
-        }
+        strip->queue = match_take(memory, (size_t)filtering->limit, sizeof *strip->queue);
+        strip->stop = match_take(memory, (size_t)width, 1);
+        strip->joins = match_take(memory, (size_t)width, 1);
     }
-    return true;
+}
+
+size_t speckle_filter_need_bytes(int width, int speckle_px, int threads) {
+    struct filtering filtering = {.limit = speckle_px, .parts = part_count(threads)};
+    struct match_memory memory = {0};
+    take_strips(&memory, width, &filtering);
+    return memory.need_bytes;
 }
 
 int speckle_filter_run_all(int speckle_px, const struct parallel *parallel, struct arena *arena,
@@ -250,7 +241,17 @@ int speckle_filter_run_all(int speckle_px, const struct parallel *parallel, stru
     const size_t mark = arena_mark(arena);
     struct filtering filtering = {.output = output, .limit = speckle_px};
     filtering.parts = part_count(parallel->threads);
-    if (!take_strips(&filtering, arena)) {
+    const int height = output->reason.height;
+    for (int i = 0; i < filtering.parts; i++) {
+        filtering.strip[i] = (struct strip){.output = output,
+                                            .limit = speckle_px,
+                                            .begin = height * i / filtering.parts,
+                                            .end = height * (i + 1) / filtering.parts,
+                                            .undecided = {height, 0}};
+    }
+    struct match_memory memory = {.arena = arena};
+    take_strips(&memory, output->reason.width, &filtering);
+    if (memory.failed) {
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }

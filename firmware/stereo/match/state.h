@@ -264,13 +264,6 @@ void match_plan_windows(const struct match_level *level, int band_begin,
 /// Chooses the slopes of the same tiles: those of the coarser level's surface there.
 void match_plan_slopes(const struct match_level *level, int band_begin, struct match_tile *tiles);
 
-/// Counts memory, and allocates it if there is an arena.
-struct match_memory {
-    struct arena *arena;  // NULL: only count
-    size_t need_bytes;
-    bool failed;
-};
-
 /// Allocates the memory of all levels and threads.
 void match_take_memory(struct match_state *state, struct match_memory *memory);
 

@@ -559,27 +559,27 @@ static size_t block_count(int pixels) {
     return ((size_t)pixels + BLOCK - 1) / BLOCK;
 }
 
-size_t match_check_blocks_need_bytes(int width, int threads) {
-    const size_t part = SLOPE_ROWS * arena_need_bytes((size_t)width + 2 * PAD, sizeof(uint16_t)) +
-                        arena_need_bytes((size_t)width, 1) +
-                        3 * arena_need_bytes(block_count(width), sizeof(uint32_t));
-    return (size_t)part_count(threads) * part +
-           arena_need_bytes(block_count(width) * block_count(IMAGE_MAX_SIDE_PX),
-                            sizeof(struct block));
+static void take_blocks(struct match_memory *memory, int width, int height,
+                        struct block_check *check) {
+    const size_t blocks = block_count(width);
+    check->map = match_take(memory, blocks * block_count(height), sizeof *check->map);
+    for (int i = 0; i < check->parts; i++) {
+        struct part *part = &check->part[i];
+        for (int j = 0; j < SLOPE_ROWS; j++) {
+            part->smooth[j] = match_take(memory, (size_t)width + 2 * PAD, sizeof *part->smooth[j]);
+        }
+        part->near_depth_edge = match_take(memory, (size_t)width, 1);
+        part->along = match_take(memory, blocks, sizeof *part->along);
+        part->upright = match_take(memory, blocks, sizeof *part->upright);
+        part->slopes = match_take(memory, blocks, sizeof *part->slopes);
+    }
 }
 
-static bool take_part(struct arena *arena, int width, struct part *part) {
-    bool taken = true;
-    for (int i = 0; i < SLOPE_ROWS; i++) {
-        part->smooth[i] = arena_take(arena, (size_t)width + 2 * PAD, sizeof(uint16_t));
-        taken = taken && part->smooth[i] != NULL;
-    }
-    part->near_depth_edge = arena_take(arena, (size_t)width, 1);
-    part->along = arena_take(arena, block_count(width), sizeof *part->along);
-    part->upright = arena_take(arena, block_count(width), sizeof *part->upright);
-    part->slopes = arena_take(arena, block_count(width), sizeof *part->slopes);
-    return taken && part->near_depth_edge != NULL && part->along != NULL && part->upright != NULL &&
-           part->slopes != NULL;
+size_t match_check_blocks_need_bytes(int width, int threads) {
+    struct block_check check = {.parts = part_count(threads)};
+    struct match_memory memory = {0};
+    take_blocks(&memory, width, IMAGE_MAX_SIDE_PX, &check);
+    return memory.need_bytes;
 }
 
 int match_check_blocks(const struct match_input *input, int smoothing,
@@ -594,19 +594,17 @@ int match_check_blocks(const struct match_input *input, int smoothing,
     check.block_rows = (int)block_count(output->reason.height);
     check.parts = part_count(parallel->threads);
     INVARIANT(check.parts >= 1);
-    check.map =
-        arena_take(arena, (size_t)check.blocks * (size_t)check.block_rows, sizeof *check.map);
-    bool taken = check.map != NULL;
+    struct match_memory memory = {.arena = arena};
+    take_blocks(&memory, output->reason.width, output->reason.height, &check);
     for (int i = 0; i < check.parts; i++) {
         check.part[i].begin = check.block_rows * i / check.parts;
         check.part[i].end = check.block_rows * (i + 1) / check.parts;
-        taken = taken && take_part(arena, output->reason.width, &check.part[i]);
     }
-    if (taken) {
+    if (!memory.failed) {
         parallel->run(parallel->self, measure_part, &check, check.parts);
         parallel->run(parallel->self, share_part, &check, check.parts);
         parallel->run(parallel->self, reject_part, &check, check.parts);
     }
     arena_release(arena, mark);
-    return taken ? ERROR_OK : ERROR_MEMORY;
+    return memory.failed ? ERROR_MEMORY : ERROR_OK;
 }
