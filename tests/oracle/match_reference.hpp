@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace reference {
@@ -81,6 +82,12 @@ struct Answer {
 /// semiglobal matching and mutual information", PAMI 30(2), 2008, equation 13.
 std::vector<Lanes> path_costs(const std::vector<Lanes> &costs, double small,
                               const std::vector<double> &large, const std::vector<int> &rise);
+
+/// The darkest and the brightest of the valid pixels: these may be clipped.
+std::pair<int, int> limits_of(const View &view);
+
+/// Whether a pixel of a block of 8x8 pixels, or of the rows above and below it, may be.
+bool is_clipped(const View &view, std::pair<int, int> limits, int x_begin, int y_begin);
 
 /// `lanes` minus their lowest: the kernels' representation of a path.
 Lanes normalised(Lanes lanes);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <utility>
 
 #include "match_reference.hpp"
 #include "stereo/image/reason.h"
@@ -16,24 +15,8 @@ namespace {
 
 constexpr int kBlock = 8;
 
-int whole_px(int disparity_q8) {
-    return static_cast<int>(std::floor((disparity_q8 + 128) / 256.0));
-}
+}  // namespace
 
-// Second derivative, along row and column, of the difference between the images.
-int difference(const View &left, const View &right, int x, int y, int disparity) {
-    const int weight[3] = {1, -2, 1};
-    int sum = 0;
-    for (int j = -1; j <= 1; j++) {
-        for (int i = -1; i <= 1; i++) {
-            sum += weight[j + 1] * weight[i + 1] *
-                   (left.grey.at(x + i, y + j) - right.grey.at(x + i - disparity, y + j));
-        }
-    }
-    return sum;
-}
-
-// The darkest and the brightest of the valid pixels: these may be clipped.
 std::pair<int, int> limits_of(const View &view) {
     std::pair<int, int> limits = {255, 0};
     for (int y = 0; y < view.grey.height; y++) {
@@ -55,6 +38,25 @@ bool is_clipped(const View &view, std::pair<int, int> limits, int x_begin, int y
         }
     }
     return clipped;
+}
+
+namespace {
+
+int whole_px(int disparity_q8) {
+    return static_cast<int>(std::floor((disparity_q8 + 128) / 256.0));
+}
+
+// Second derivative, along row and column, of the difference between the images.
+int difference(const View &left, const View &right, int x, int y, int disparity) {
+    const int weight[3] = {1, -2, 1};
+    int sum = 0;
+    for (int j = -1; j <= 1; j++) {
+        for (int i = -1; i <= 1; i++) {
+            sum += weight[j + 1] * weight[i + 1] *
+                   (left.grey.at(x + i, y + j) - right.grey.at(x + i - disparity, y + j));
+        }
+    }
+    return sum;
 }
 
 // 256 times the variance of the noise.

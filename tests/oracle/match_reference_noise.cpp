@@ -13,11 +13,6 @@ namespace {
 
 constexpr int kBlock = 8;
 
-bool is_valid(const View &view, int x, int y) {
-    const Span span = view.spans[static_cast<size_t>(y)];
-    return x >= span.begin && x < span.end;
-}
-
 int second_derivative(const View &view, int x, int y) {
     const int weight[3] = {1, -2, 1};
     int sum = 0;
@@ -27,20 +22,6 @@ int second_derivative(const View &view, int x, int y) {
         }
     }
     return std::abs(sum);
-}
-
-// The grey levels of all valid pixels, sorted.
-std::vector<int> greys_of(const View &view) {
-    std::vector<int> greys;
-    for (int y = 0; y < view.grey.height; y++) {
-        for (int x = 0; x < view.grey.width; x++) {
-            if (is_valid(view, x, y)) {
-                greys.push_back(view.grey.at(x, y));
-            }
-        }
-    }
-    std::sort(greys.begin(), greys.end());
-    return greys;
 }
 
 // The columns that are valid in all rows of a block at y_begin, and in those around it.
@@ -55,21 +36,18 @@ Span valid_columns(const View &view, int y_begin) {
 
 // In eighths, by block and sorted.
 std::vector<int> roughnesses_of(const View &view) {
-    const std::vector<int> greys = greys_of(view);
+    const std::pair<int, int> limits = limits_of(view);
     std::vector<int> roughnesses;
     for (int y = 1; y + kBlock < view.grey.height; y += 16) {
         const Span valid = valid_columns(view, y);
         for (int x = valid.begin + 1; x + kBlock < valid.end; x += 16) {
             int sum = 0;
-            bool clipped = false;
-            for (int j = -1; j <= kBlock; j++) {
+            for (int j = 0; j < kBlock; j++) {
                 for (int i = 0; i < kBlock; i++) {
-                    const int grey = view.grey.at(x + i, y + j);
-                    clipped = clipped || grey == greys.front() || grey == greys.back();
-                    sum += j >= 0 && j < kBlock ? second_derivative(view, x + i, y + j) : 0;
+                    sum += second_derivative(view, x + i, y + j);
                 }
             }
-            if (!clipped) {
+            if (!is_clipped(view, limits, x, y)) {
                 roughnesses.push_back(std::min(sum / 8, 1023));
             }
         }

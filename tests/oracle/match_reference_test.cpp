@@ -14,10 +14,10 @@
 
 #include "core/arena.h"
 #include "core/error.h"
-#include "match_probed.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/kernels.h"
 #include "stereo/match/match.h"
+#include "stereo/match/probe.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 
@@ -186,13 +186,38 @@ struct Matched {
     Grid<int> doubtful;
 };
 
+// What the finest level searched, by pixel; and costs that replace its own: `lanes` a pixel, if
+// any.
+struct Searched {
+    Grid<match_probe_window> windows;
+    const std::vector<uint8_t> &averages;
+    size_t lanes;
+};
+
+void look(void *self, const match_probe_row *row) {
+    if (row->level != 0 || row->event != MATCH_PROBE_COSTS) {
+        return;
+    }
+    REQUIRE((row->shift_x == 0 && row->shift_y == 0));
+    Searched &searched = *static_cast<Searched *>(self);
+    for (int x = 0; x < row->width; x++) {
+        const match_probe_window window = match_probe_window_at(row, x);
+        searched.windows.at(x, row->y) = window;
+        if (!searched.averages.empty()) {
+            const size_t pixel = static_cast<size_t>(row->y * row->width + x);
+            std::copy_n(searched.averages.begin() +
+                            static_cast<std::ptrdiff_t>(pixel * searched.lanes) + window.first,
+                        window.count, const_cast<uint8_t *>(row->cost_along) + window.cell);
+        }
+    }
+}
+
 // `averages`: costs to be used instead of those of the images; may be empty.
 Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8_t> &averages) {
     const int width = task.width();
     const int height = task.height();
-    Grid<match_window> windows(width, height);
-    const match_probed probed =
-        match_probe(kernels, averages.empty() ? nullptr : averages.data(), windows.cells.data());
+    Searched searched = {{width, height}, averages, static_cast<size_t>(task.search.lanes())};
+    const match_probe probed = match_probe_of(kernels, look, &searched);
     const Search &search = task.search;
     match_options options =
         match_default_options(search.disparity_min + search.extra_below,
@@ -228,13 +253,14 @@ Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8
                       {width, height},
                       {width, height},
                       {width, height}};
-    for (size_t i = 0; i < windows.cells.size(); i++) {
+    for (size_t i = 0; i < searched.windows.cells.size(); i++) {
         result.answer.disparity_q8.cells[i] = disparity_q8.cells[i];
         result.answer.reason.cells[i] = reason.cells[i];
         result.answer.confidence.cells[i] = confidence.cells[i];
-        result.windows.cells[i] = {windows.cells[i].begin, windows.cells[i].end};
-        result.slopes.cells[i] = {windows.cells[i].slope_down, windows.cells[i].slope_along};
-        result.doubtful.cells[i] = windows.cells[i].doubtful;
+        const match_probe_window &window = searched.windows.cells[i];
+        result.windows.cells[i] = {window.first, window.first + window.count};
+        result.slopes.cells[i] = {window.slope_down, window.slope_along};
+        result.doubtful.cells[i] = window.doubtful;
     }
     return result;
 }

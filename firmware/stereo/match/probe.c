@@ -104,7 +104,9 @@ struct match_probe_window match_probe_window_at(const struct match_probe_row *ro
     return (struct match_probe_window){.first = tile->base,
                                        .count = tile->lanes,
                                        .cell = (size_t)cell,
-                                       .doubtful = tile->doubtful};
+                                       .doubtful = tile->doubtful,
+                                       .slope_down = tile->slope_down,
+                                       .slope_along = tile->slope_along};
 }
 
 // Advances a path cost to the pixel at `cell` of a plane of costs, to which the surface rises by

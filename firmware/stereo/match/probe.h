@@ -57,7 +57,8 @@ struct match_probe_row {
 struct match_probe_window {
     int first, count;  // the last ones may lie beyond the level's range, as padding
     size_t cell;
-    bool doubtful;  // the coarser level saw other good matches
+    bool doubtful;                // the coarser level saw other good matches
+    int slope_down, slope_along;  // followed, in 1/256 disparities a row and a column
 };
 
 /// Callback for a row. Called by the thread that processed it, so by several threads at the same
