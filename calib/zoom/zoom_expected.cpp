@@ -159,7 +159,7 @@ class expecting {
                                   0.5 * (adjustment_.view[0].lens.height_px - 1)};
         double gradient[ADJUST_TERMS_MAX];
         expected_sigmas result;
-        if (adjust_depth_gradient(&adjustment_, 0, middle, depth_mm_, gradient)) {
+        if (adjustment_depth_gradient(&adjustment_, 0, middle, depth_mm_, gradient)) {
             result.depth_mm =
                 std::hypot(sigma_of(&adjustment_, gradient), calibration_.scale_sigma * depth_mm_);
         }
@@ -177,7 +177,7 @@ class expecting {
         point3 at[2];
         for (size_t i = 0; i < 2; i++) {
             adjust_track track = ends[i];
-            if (!adjust_track_place(&adjustment, &track) || !(track.point.w > 0)) {
+            if (!adjustment_track_place(&adjustment, &track) || !(track.point.w > 0)) {
                 return false;
             }
             const far_point &point = track.point;

@@ -5,6 +5,7 @@
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "rig/auto/autofocus.h"
 #include "rig/auto/focus_mover.h"
 #include "rig/rig.h"
@@ -77,7 +78,7 @@ static int error_of(enum focus_verdict verdict) {
 // "iris 480: +-11 mm": the iris that makes twice as much sharp, if there is one.
 static void add_iris_advice(const struct command_call *call, unsigned side, double distance_mm,
                             double near_mm, double far_mm, struct command_text *advice) {
-    const double reach_mm = 2 * fmin(distance_mm - near_mm, far_mm - distance_mm);
+    const double reach_mm = 2 * math_min(distance_mm - near_mm, far_mm - distance_mm);
     int32_t iris = 0;
     double diffraction_px = 0;
     if (isinf(far_mm) || rig_optics_iris_for_reach(call->rig, side, distance_mm, reach_mm, &iris,
@@ -176,7 +177,7 @@ static void put_disagreement(const struct command_call *call) {
     int32_t focus = 0;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const struct focus_result *result = &call->rig->camera[side].focus.search.result;
-        const int32_t counts = (int32_t)lround(result->position);
+        const int32_t counts = (int32_t)math_round(result->position);
         if (error_of(result->verdict) != ERROR_OK ||
             rig_optics_distance_at(call->rig, side, counts, &distance_mm[side]) != ERROR_OK) {
             return;

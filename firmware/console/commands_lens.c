@@ -5,6 +5,7 @@
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "rig/auto/iris_learn.h"
 #include "rig/lens_move.h"
 #include "rig/rig_optics.h"
@@ -291,11 +292,11 @@ static int follow_exposure(const struct command_call *call, unsigned side, doubl
         reply_text(call, "exposure_note", "not set here, so it stays as the camera has it");
         return 0;
     }
-    const double max_us = fmin(RIG_EXPOSURE_MAX_US, rig->profile.skew_limit_us);
-    const double wanted_us = fmax(before_us * factor, 1);
+    const double max_us = math_min(RIG_EXPOSURE_MAX_US, rig->profile.skew_limit_us);
+    const double wanted_us = math_max(before_us * factor, 1);
     uint32_t applied_us = 0;
     const int error =
-        rig_exposure(rig, 1U << side, (uint32_t)(fmin(wanted_us, max_us) + 0.5), &applied_us);
+        rig_exposure(rig, 1U << side, (uint32_t)(math_min(wanted_us, max_us) + 0.5), &applied_us);
     if (error == 0) {
         reply_number(call, "exposure", applied_us, 0, "us");
         if (wanted_us > max_us) {

@@ -188,3 +188,26 @@ double math_log(double x) {
     const double k = (double)twos;
     return k * LN_2_HIGH + (2.0 * f + (f * u * sum + k * LN_2_LOW));
 }
+
+double math_hypot(double x, double y) {
+    return sqrt(x * x + y * y);
+}
+
+// The integer towards 0; x itself where every double is an integer, and for NaN.
+static double truncate(double x) {
+    return x > -0x1p52 && x < 0x1p52 ? (double)(int64_t)x : x;
+}
+
+double math_floor(double x) {
+    const double whole = truncate(x);
+    return whole > x ? whole - 1 : whole;
+}
+
+double math_ceil(double x) {
+    return -math_floor(-x);
+}
+
+double math_round(double x) {
+    const double whole = truncate(x), rest = x - whole;
+    return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
+}

@@ -30,6 +30,23 @@ double math_exp(double x);
 /// NaN for x < 0 and NaN, minus infinity for 0, infinity for infinity.
 double math_log(double x);
 
+/// Square root of x^2 + y^2, |x| and |y| <= 1e150; relative error <= 4e-16 above 1e-140.
+double math_hypot(double x, double y);
+
+/// Nearest integer not above x, not below x, and nearest to x (halves away from 0); x itself for
+/// NaN and infinities.
+double math_floor(double x);
+double math_ceil(double x);
+double math_round(double x);
+
+/// The larger and the smaller of two numbers; the other one if one is NaN.
+static inline double math_max(double a, double b) {
+    return a > b || b != b ? a : b;
+}
+static inline double math_min(double a, double b) {
+    return a < b || b != b ? a : b;
+}
+
 #ifdef __cplusplus
 }
 #endif

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "core/invariant.h"
+#include "core/math.h"
 
 // A fine texture's sharpness falls to half at this diameter of the blur, in each direction.
 static const double narrow_blur_px = 2;
@@ -46,10 +47,10 @@ static double unit_of(const struct focus_search *self, enum focus_channel channe
 static double contrast_min(const struct focus_search *self) {
     double noise = 0;
     for (unsigned i = 0; i < self->curve.count; i++) {
-        noise = fmax(noise, self->curve.samples[i].noise);
+        noise = math_max(noise, self->curve.samples[i].noise);
     }
-    return fmax(noise_part * noise_part * noise / self->options.noise_ratio,
-                relative_contrast * relative_contrast);
+    return math_max(noise_part * noise_part * noise / self->options.noise_ratio,
+                    relative_contrast * relative_contrast);
 }
 
 // Whether a peak stands out from its floor by more than a drift.
@@ -63,7 +64,7 @@ static bool has_contrast(const struct focus_search *self, enum focus_channel cha
     // A short sweep hardly shows the floor.
     const double noise = (self->near_only ? 0.5 : 1) * self->noises[channel];
     return (self->near_only || stands_out(peak)) &&
-           peak->height - peak->floor >= fmax(least, significant[channel] * noise);
+           peak->height - peak->floor >= math_max(least, significant[channel] * noise);
 }
 
 // Bright objects beside the region blur into it, and show a wide peak where nothing is sharp.
@@ -107,7 +108,7 @@ static bool peak_in(const struct focus_search *self, const struct focus_range *r
         return false;
     }
     *peak = found[0];
-    peak->floor = fmin(peak->floor, self->floors[range->channel]);
+    peak->floor = math_min(peak->floor, self->floors[range->channel]);
     return true;
 }
 
@@ -231,7 +232,7 @@ static bool light_at(const struct focus_search *self, double position, double fr
     unsigned count = 0;
     for (unsigned i = 0; i < self->curve.count; i++) {
         const double off = self->curve.samples[i].position - position;
-        if (off >= fmin(from, to) && off <= fmax(from, to)) {
+        if (off >= math_min(from, to) && off <= math_max(from, to)) {
             sum += self->curve.samples[i].mean;
             count++;
         }
@@ -257,25 +258,26 @@ static double light_part(const struct focus_search *self) {
         }
         light += middle;
     }
-    const double least = steady * light / fmax(moves + rests, 1);
+    const double least = steady * light / math_max(moves + rests, 1);
     return moving <= least * moves && resting <= least * rests ? steady_part : flickering_part;
 }
 
 // Whether two amounts of light differ by more than this part and what black does.
 static bool is_other_light(double a, double b, double part) {
-    return fabs(a - b) > part * fmin(a, b) + lights_values;
+    return fabs(a - b) > part * math_min(a, b) + lights_values;
 }
 
 bool focus_find_lights(const struct focus_search *self) {
     const struct focus_peak *peak = &self->result.peak;
-    const double width = fmax(peak->half_width, self->options.tolerance), part = light_part(self);
+    const double width = math_max(peak->half_width, self->options.tolerance),
+                 part = light_part(self);
     double above = 0, below = 0, up = 0, down = 0, middle = 0;
     for (unsigned i = 0; i < self->curve.count; i++) {
         const double off = self->curve.samples[i].position - peak->position;
-        up = fmax(up, off);
-        down = fmax(down, -off);
+        up = math_max(up, off);
+        down = math_max(down, -off);
     }
-    const double reach = fmin(fmin(up, down), LIGHTS_WIDTHS * width);
+    const double reach = math_min(math_min(up, down), LIGHTS_WIDTHS * width);
     for (int i = 0; i < LIGHTS_BINS && reach > 0; i++) {
         const double from = reach * i / LIGHTS_BINS, to = reach * (i + 1) / LIGHTS_BINS;
         if (light_at(self, peak->position, from, to, &above) &&

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "core/invariant.h"
+#include "core/math.h"
 
 enum { PLACES = 41, WIDTHS = 3, HEIGHTS = 5, POSITIONS = 7 };
 
@@ -22,7 +23,7 @@ static double grid(unsigned i, unsigned count) {
 }
 
 static double weight_of(double u) {
-    return exp(-u * u / 2);
+    return math_exp(-u * u / 2);
 }
 
 // How likely a rest is, and that times its distance from the peak, over the positions that the ring
@@ -66,8 +67,8 @@ static void add_peak(struct place_sums *sums, const struct focus_peak *peak, dou
 struct focus_place focus_rest_place(const struct focus_peak *peak, const struct focus_rest *rests,
                                     unsigned count) {
     INVARIANT(count > 0 && peak->half_width >= 0 && peak->height >= peak->floor);
-    const double prior = hypot(peak->deviation, place_deviation);
-    const double half = fmax(peak->half_width, 0.5), height = peak->height - peak->floor;
+    const double prior = math_hypot(peak->deviation, place_deviation);
+    const double half = math_max(peak->half_width, 0.5), height = peak->height - peak->floor;
     struct place_sums sums = {.weight = 0};
     for (unsigned p = 0; p < PLACES; p++) {
         for (unsigned w = 0; w < WIDTHS; w++) {

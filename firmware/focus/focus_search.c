@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "core/invariant.h"
+#include "core/math.h"
 #include "focus/focus_find.h"
 
 enum {
@@ -42,7 +43,7 @@ static const double relative_spread = 0.015;
 static const double accepted_part = 0.65, missed_part = 1.5;
 
 static double within_range(const struct focus_search *self, double position) {
-    return fmax(self->options.min, fmin(position, self->options.max));
+    return math_max(self->options.min, math_min(position, self->options.max));
 }
 
 // Towards the side that approaches begin from.
@@ -56,7 +57,7 @@ static double good_counts(const struct focus_search *self) {
     const struct focus_search_options *options = &self->options;
     const double half_depth =
         options->blur_per_count_px > 0 ? sharp_px / 2 / options->blur_per_count_px : 0;
-    return fmax(options->tolerance, half_depth);
+    return math_max(options->tolerance, half_depth);
 }
 
 static bool is_at_end(const struct focus_search *self, double position) {
@@ -89,10 +90,10 @@ static double sweep_spacing(const struct focus_search *self, double way) {
     const struct focus_search_options *options = &self->options;
     const double narrow =
         options->blur_per_count_px > 0 ? 2 * narrow_blur_px / 3 / options->blur_per_count_px : 0;
-    const double spacing = self->near_only
-                               ? way / NEAR_SAMPLES
-                               : fmin(fmax(narrow, way / SWEEP_SAMPLES), way / SWEEP_SAMPLES_MIN);
-    return fmax(spacing, options->counts_per_frame);
+    const double spacing =
+        self->near_only ? way / NEAR_SAMPLES
+                        : math_min(math_max(narrow, way / SWEEP_SAMPLES), way / SWEEP_SAMPLES_MIN);
+    return math_max(spacing, options->counts_per_frame);
 }
 
 static struct focus_step sweep(struct focus_search *self, enum focus_leg leg, double to,
@@ -118,9 +119,10 @@ static struct focus_step begin_near(struct focus_search *self) {
     // Both flanks of the peak, with a few frames on each.
     const double flank =
         options->blur_per_count_px > 0 ? near_blur_px / options->blur_per_count_px : 0;
-    const double half = fmin(
-        (options->max - options->min) / 2,
-        fmax(options->expected_half_range, fmax(flank, NEAR_FRAMES * options->counts_per_frame)));
+    const double half =
+        math_min((options->max - options->min) / 2,
+                 math_max(options->expected_half_range,
+                          math_max(flank, NEAR_FRAMES * options->counts_per_frame)));
     self->near_only = true;
     self->sweep_end = within_range(self, options->expected - approach_side(self) * half);
     self->phase = FOCUS_SEARCH_TO_START;
@@ -190,7 +192,7 @@ static enum focus_verdict verdict_of(const struct focus_search *self) {
     const struct focus_search_options *options = &self->options;
     const struct focus_result *result = &self->result;
     const double way =
-        fmax(result->peak.position - options->min, options->max - result->peak.position);
+        math_max(result->peak.position - options->min, options->max - result->peak.position);
     if (self->guessed) {
         return FOCUS_SHARP_EVERYWHERE;  // no peak was seen
     }
@@ -254,23 +256,23 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     }
     double before = 0;
     const double top = focus_find_at_peak(self, self->step_begin, &before);
-    const double height = fmax(top - peak->floor, 1e-12);
+    const double height = math_max(top - peak->floor, 1e-12);
     const double part = (sharpness - peak->floor) / height;
     const double off = event->position - peak->position, good = good_counts(self);
     const bool changed = fabs(light - before) > 0.1 * before;
     // A short sweep shows little of a wide peak's height: then noise is a large part of it.
-    const double spread =
-        fmax(fmax(height_deviation, deviation / height), relative_spread * sharpness / height);
-    const double sure = fmax(part + spread - height_deviation, 0.01);
+    const double spread = math_max(math_max(height_deviation, deviation / height),
+                                   relative_spread * sharpness / height);
+    const double sure = math_max(part + spread - height_deviation, 0.01);
     const bool same = sure >= same_part || peak->half_width * sqrt(1 / sure - 1) <= good;
     result->light_changed = result->light_changed || changed;
     if (self->wide) {
-        set_blur(self, hypot(off, peak->deviation));
+        set_blur(self, math_hypot(off, peak->deviation));
         return finish(self, event, verdict_of(self));
     }
     self->rests[result->tries - 1] =
         (struct focus_rest){event->position, event->deviation, sharpness,
-                            hypot(deviation, relative_spread * sharpness)};
+                            math_hypot(deviation, relative_spread * sharpness)};
     const struct focus_place place = focus_rest_place(peak, self->rests, result->tries);
     set_blur(self, place.distance);
     if (result->blur_counts <= accepted_part * good && same) {
@@ -301,8 +303,9 @@ static struct focus_step go_to_stop(struct focus_search *self) {
 
 static struct focus_step begin_stops(struct focus_search *self) {
     const struct focus_peak *peak = &self->result.peak;
-    const double half = fmax(fmax(1.2 * peak->half_width, self->options.counts_per_exposure),
-                             2 * self->options.tolerance);
+    const double half =
+        math_max(math_max(1.2 * peak->half_width, self->options.counts_per_exposure),
+                 2 * self->options.tolerance);
     self->pass_min = within_range(self, peak->position - half);
     self->pass_max = within_range(self, peak->position + half);
     self->stops = 0;
@@ -326,8 +329,8 @@ static struct focus_step pass(struct focus_search *self) {
     const double from = approach_side(self) > 0 ? self->pass_max : self->pass_min;
     const double to = approach_side(self) > 0 ? self->pass_min : self->pass_max;
     const double spacing =
-        fmax(self->options.counts_per_frame,
-             fabs(from - to) / (self->near_only ? NEAR_PASS_SAMPLES : PASS_SAMPLES));
+        math_max(self->options.counts_per_frame,
+                 fabs(from - to) / (self->near_only ? NEAR_PASS_SAMPLES : PASS_SAMPLES));
     self->phase = FOCUS_SEARCH_PASS;
     return sweep(self, FOCUS_LEG_PASS, to, spacing);
 }
@@ -418,11 +421,11 @@ static struct focus_step after_sweep(struct focus_search *self, const struct foc
     if (options->curve_only) {
         return end_curve(self);
     }
-    if (options->counts_per_exposure > fmax(smeared_counts, 1.5 * peak->half_width)) {
+    if (options->counts_per_exposure > math_max(smeared_counts, 1.5 * peak->half_width)) {
         return begin_stops(self);
     }
     const bool same_way = (self->sweep_end < peak->position) == options->from_above;
-    const double near = fmax(2 * peak->half_width, 2 * self->spacing);
+    const double near = math_max(2 * peak->half_width, 2 * self->spacing);
     if (is_located(self, same_way, near)) {
         return approach(self, peak->position);
     }
@@ -445,7 +448,7 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
     }
     // A pass does not go far enough to see the floor.
     struct focus_peak peak = peaks[0];
-    peak.floor = fmin(self->floors[self->finder], peak.floor);
+    peak.floor = math_min(self->floors[self->finder], peak.floor);
     if (!focus_find_subject(self, leg, range.min, range.max)) {
         return no_peak(self, event, &peak);
     }

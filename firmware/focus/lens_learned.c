@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "core/invariant.h"
+#include "core/math.h"
 
 enum {
     // Entries closer than this part of the zoom's range are one.
@@ -148,7 +149,7 @@ void lens_learned_deviation(const struct lens_table *table, int32_t zoom, int32_
     INVARIANT(span > 0);
     if (lens_table_value(table, zoom, &deviation)) {
         const double known = table->point[nearest(table, zoom)].sigma;
-        sigma = fmin(sqrt(known * known + walk(table, zoom, span)), LENS_PRIOR_Q4);
+        sigma = math_min(sqrt(known * known + walk(table, zoom, span)), LENS_PRIOR_Q4);
     }
     *deviation_q4 = deviation;
     *sigma_q4 = sigma;
@@ -182,7 +183,7 @@ static void take_new_object(struct lens_object *object, struct lens_point *entry
                             int32_t position_q4, double noise) {
     const double variance = (double)entry->sigma * entry->sigma;
     if (object->known && object->is_new && elsewhere) {
-        entry->sigma = sigma_of(fmin(4 * variance, LENS_PRIOR_Q4 * LENS_PRIOR_Q4));
+        entry->sigma = sigma_of(math_min(4 * variance, LENS_PRIOR_Q4 * LENS_PRIOR_Q4));
     }
     object->position_q4 = position_q4 - entry->value;
     object->sigma_q4 = sigma_of(noise + variance);

@@ -119,7 +119,7 @@ double lens_range_middle(double near_mm, double far_mm) {
 static double worse_end(const struct lens_state *state, double near_mm, double far_mm) {
     struct lens_state open = *state;
     open.f_number = 1;
-    return fmax(lens_blur(&open, near_mm), lens_blur(&open, far_mm));
+    return math_max(lens_blur(&open, near_mm), lens_blur(&open, far_mm));
 }
 
 double lens_f_number_for_blur(const struct lens_state *state, double near_mm, double far_mm,

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 
 enum {
     WINDOW_MAX = 2 * POSITION_FIT_NEIGHBOURS,
@@ -61,14 +62,14 @@ static double variance(double squares, unsigned freedom) {
 }
 
 static void result(double position, double error, int32_t *position_q4, uint16_t *sigma_q4) {
-    const double sigma = ceil(error * Q4);
+    const double sigma = math_ceil(error * Q4);
     INVARIANT(fabs(position) < INT32_MAX / Q4 && sigma >= 0);
-    *position_q4 = (int32_t)floor(position * Q4 + 0.5);
+    *position_q4 = (int32_t)math_floor(position * Q4 + 0.5);
     *sigma_q4 = sigma > UINT16_MAX ? (uint16_t)UINT16_MAX : sigma < 1 ? 1 : (uint16_t)sigma;
 }
 
 int32_t position_fit_counts(int32_t position_q4) {
-    return (int32_t)floor((double)position_q4 / Q4 + 0.5);
+    return (int32_t)math_floor((double)position_q4 / Q4 + 0.5);
 }
 
 void position_fit_mean(const struct position_sample *samples, unsigned count, int32_t *position_q4,

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "rig/base/rig_clock.h"
 #include "rig/lens_mover.h"
 
@@ -153,7 +154,7 @@ int rig_optics_distance_at(const struct rig *self, unsigned side, int32_t focus,
         // The deviation may lead beyond the near end, but not to where the thin lens ends.
         const double distance =
             lens_optics_distance(&optics, within(&optics.focus, focus) - deviation);
-        *distance_mm = fmax(distance, optics.focus_nearest_mm * NEAREST_PART);
+        *distance_mm = math_max(distance, optics.focus_nearest_mm * NEAREST_PART);
     }
     return error;
 }
@@ -168,9 +169,9 @@ int rig_optics_distance_bounds(const struct rig *self, unsigned side, double foc
         const double reach = BOUNDS_SIGMAS * sqrt(sigma_counts * sigma_counts + prior * prior);
         double deviation = 0, sigma = 0;
         deviation_of(self, side, &deviation, &sigma);
-        *near_mm = fmax(lens_optics_distance(&optics, focus - deviation + reach),
-                        optics.focus_nearest_mm * NEAREST_PART);
-        *far_mm = fmax(lens_optics_distance(&optics, focus - deviation - reach), *near_mm);
+        *near_mm = math_max(lens_optics_distance(&optics, focus - deviation + reach),
+                            optics.focus_nearest_mm * NEAREST_PART);
+        *far_mm = math_max(lens_optics_distance(&optics, focus - deviation - reach), *near_mm);
     }
     return error;
 }
@@ -302,16 +303,16 @@ static double f_number_for(const struct rig *self, const struct lens_state *stat
     const double limit_mm = RIG_OPTICS_SHARP_PX * pixel_mm(self);
     const double needed = lens_f_number_for_blur(state, near_mm, far_mm, limit_mm);
     const double diffraction = lens_f_number_for_diffraction(state, near_mm, far_mm);
-    found->sharp = needed <= fmin(diffraction, closed);
+    found->sharp = needed <= math_min(diffraction, closed);
     found->limit = needed <= diffraction ? RIG_OPTICS_NEEDED : RIG_OPTICS_DIFFRACTION;
-    const double f_number = fmin(needed, diffraction);
+    const double f_number = math_min(needed, diffraction);
     if (f_number > closed) {
         found->limit = RIG_OPTICS_CLOSED;
     } else if (f_number <= open) {
         found->limit = needed <= open ? RIG_OPTICS_OPEN : RIG_OPTICS_DIFFRACTION;
         found->sharp = needed <= open;
     }
-    return fmax(open, fmin(f_number, closed));
+    return math_max(open, math_min(f_number, closed));
 }
 
 // What a call for a range needs: the state, and the f-numbers at the ends of the iris.
@@ -357,7 +358,8 @@ int rig_optics_iris_for_range(const struct rig *self, unsigned side, double near
         return error;
     }
     state.f_number = result.f_number;
-    result.blur_px = fmax(lens_blur(&state, near_mm), lens_blur(&state, far_mm)) / pixel_mm(self);
+    result.blur_px =
+        math_max(lens_blur(&state, near_mm), lens_blur(&state, far_mm)) / pixel_mm(self);
     result.diffraction_px = lens_diffraction(state.f_number) / pixel_mm(self);
     state.focus_distance_mm = result.focus_mm;
     result.best_px = lens_blur(&state, near_mm) / pixel_mm(self);
@@ -384,7 +386,7 @@ int rig_optics_iris_for_reach(const struct rig *self, unsigned side, double dist
         return ERROR_RANGE;
     }
     struct rig_optics_iris found;
-    error = round_iris(self, side, fmax(f_number, open), true, &found);
+    error = round_iris(self, side, math_max(f_number, open), true, &found);
     if (error == ERROR_OK) {
         *iris = found.iris;
         *diffraction_px = lens_diffraction(found.f_number) / pixel_mm(self);
@@ -400,7 +402,7 @@ static void predict(const struct rig *self, unsigned side, double object, double
     const struct lens_axis_settings *settings = &self->profile.lens.axis[LENS_FOCUS];
     double deviation = 0, sigma = 0;
     deviation_of(self, side, &deviation, &sigma);
-    const double exact = fmax(settings->min, fmin(settings->max, object + deviation));
+    const double exact = math_max(settings->min, math_min(settings->max, object + deviation));
     const int32_t middle = (int32_t)(exact + 0.5);
     const double spread = PREDICTION_SIGMAS * sqrt(sigma * sigma + object_sigma * object_sigma);
     *half_range = (int32_t)(spread + 0.999) + DRIFT_COUNTS +
@@ -455,10 +457,10 @@ int rig_optics_learn_focus(struct rig *self, unsigned side, int32_t position_q4,
     const struct lens_ring ring = ring_of(self, LENS_ZOOM);
     double px = 0;
     const double sigma = rig_optics_blur_per_count(self, side, &px) == ERROR_OK && px > 0
-                             ? fmax(sigma_q4, FOUND_PX / px * Q4)
+                             ? math_max(sigma_q4, FOUND_PX / px * Q4)
                              : sigma_q4;
     lens_learned_focus(&self->camera[side].lens.learned.focus, (uint8_t)side, &self->object, zoom,
-                       ring.max - ring.min, position_q4, (uint16_t)fmin(sigma, UINT16_MAX),
+                       ring.max - ring.min, position_q4, (uint16_t)math_min(sigma, UINT16_MAX),
                        distance_q4);
     self->camera[side].lens.focused_q4 = position_q4;
     self->camera[side].lens.focused_us = rig_now_us(self);

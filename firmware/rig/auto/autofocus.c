@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "rig/auto/focus_frame.h"
 #include "rig/auto/focus_mover.h"
 #include "rig/base/poll.h"
@@ -106,7 +107,7 @@ static int take(struct focuser *self, uint64_t not_before_us, enum focus_leg leg
 // ---- moves
 
 static int begin_move(struct focuser *self, double position, enum rig_lens_move_when when) {
-    const int32_t counts = (int32_t)lround(position);
+    const int32_t counts = (int32_t)math_round(position);
     return rig_lens_move_begin(self->rig, &self->move, 1u << self->side, LENS_FOCUS, counts, when);
 }
 
@@ -310,15 +311,15 @@ static int shorten_exposure(struct focuser *self, double counts_max, double *rat
     const uint16_t gain_q3 = camera->gain_q3;
     const double wanted_us = counts_max / self->counts_per_s * US_PER_S;
     // Of constant light any exposure is a multiple.
-    const double flicker_us = fmax(rig_mains_half_us(&self->rig->profile), 1);
+    const double flicker_us = math_max(rig_mains_half_us(&self->rig->profile), 1);
     *ratio = 1;
     if (!self->rig->profile.bridge || before_us <= flicker_us || before_us <= wanted_us ||
         gain_q3 == 0) {
         return ERROR_OK;
     }
     const double brighter = gain_q3 < GAIN_MAX_Q3 ? (double)GAIN_MAX_Q3 / gain_q3 : 1;
-    double exposure_us = fmax(fmax(wanted_us, before_us / (brighter * DARKER)), flicker_us);
-    exposure_us = floor(exposure_us / flicker_us) * flicker_us;
+    double exposure_us = math_max(math_max(wanted_us, before_us / (brighter * DARKER)), flicker_us);
+    exposure_us = math_floor(exposure_us / flicker_us) * flicker_us;
     const double shorter = before_us / exposure_us;
     self->full_exposure_us = before_us;
     self->full_gain_q3 = gain_q3;
@@ -327,7 +328,7 @@ static int shorten_exposure(struct focuser *self, double counts_max, double *rat
     int error = rig_region_exposure(self->rig, &self->region, (uint32_t)exposure_us, &applied_us);
     if (error == ERROR_OK) {
         error = rig_region_gain(self->rig, &self->region,
-                                (uint16_t)fmin(gain_q3 * shorter, GAIN_MAX_Q3), &applied_q3);
+                                (uint16_t)math_min(gain_q3 * shorter, GAIN_MAX_Q3), &applied_q3);
     }
     *ratio = shorter;
     return error;
@@ -370,7 +371,7 @@ static int prepare(struct focuser *self, struct focus_search_options *options) {
                                    ? narrow_peak_px / options->blur_per_count_px
                                    : unknown_peak_counts;
     const int error =
-        shorten_exposure(self, fmin(peak_counts, longest_counts), &options->noise_ratio);
+        shorten_exposure(self, math_min(peak_counts, longest_counts), &options->noise_ratio);
     const uint32_t exposure_us = self->rig->camera[self->side].exposure_us;
     options->counts_per_exposure = self->counts_per_s * exposure_us / US_PER_S;
     options->counts_per_frame = self->counts_per_s * (exposure_us + FRAME_US) / US_PER_S;
@@ -401,7 +402,8 @@ static bool follow(struct focuser *self, struct focus_search_options *options) {
     }
     const struct focus_search *seen = &other->focus->search;
     const struct focus_peak *peak = &seen->result.peak;
-    const double sigma = hypot(fmax(peak->deviation, seen->spacing / 2), seen->options.run_up / 2);
+    const double sigma =
+        math_hypot(math_max(peak->deviation, seen->spacing / 2), seen->options.run_up / 2);
     if (rig_optics_focus_from_other(self->rig, self->side, peak->position, sigma, &expected,
                                     &half_range) != ERROR_OK) {
         return false;
@@ -454,8 +456,9 @@ static int begin(struct focuser *self) {
 static void learn(const struct focuser *self) {
     const struct focus_peak *peak = &self->focus->search.result.peak;
     if (has_found(self) && !self->own_control && !self->options->curve_only) {
-        (void)rig_optics_learn_focus(self->rig, self->side, (int32_t)lround(peak->position * Q4),
-                                     (uint16_t)fmin(peak->deviation * Q4 + 1, UINT16_MAX), 0);
+        (void)rig_optics_learn_focus(self->rig, self->side,
+                                     (int32_t)math_round(peak->position * Q4),
+                                     (uint16_t)math_min(peak->deviation * Q4 + 1, UINT16_MAX), 0);
     }
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "rig/base/rig_error.h"
 #include "rig/lens_read.h"
 #include "rig/rig_camera.h"
@@ -40,7 +41,7 @@ unsigned focus_mover_steps(const struct rig *self, unsigned side) {
 double focus_mover_position(const struct rig *self, unsigned side) {
     const unsigned steps = focus_mover_steps(self, side);
     INVARIANT(steps > 0);
-    return round((double)self->camera[side].focus_part * steps / RIG_CAMERA_PARTS);
+    return math_round((double)self->camera[side].focus_part * steps / RIG_CAMERA_PARTS);
 }
 
 int focus_mover_go(struct rig *self, unsigned side, double position) {
@@ -50,7 +51,7 @@ int focus_mover_go(struct rig *self, unsigned side, double position) {
     if (!(position >= 0 && position <= steps)) {
         return ERROR_RANGE;
     }
-    return rig_focus_part(self, side, (int32_t)lround(position * RIG_CAMERA_PARTS / steps),
+    return rig_focus_part(self, side, (int32_t)math_round(position * RIG_CAMERA_PARTS / steps),
                           &applied);
 }
 
@@ -70,10 +71,11 @@ static int sweep(struct rig *self, unsigned side, const struct focus_step *step,
                  focus_mover_look *look, void *context) {
     const double from = focus_mover_position(self, side), way = step->position - from;
     const int most = step->leg == FOCUS_LEG_PASS ? PASS_FRAMES : SWEEP_FRAMES;
-    const int frames = (int)fmax(1, fmin(ceil(fabs(way) / fmax(step->spacing, 1)), most));
+    const int frames =
+        (int)math_max(1, math_min(math_ceil(fabs(way) / math_max(step->spacing, 1)), most));
     const struct focus_step one = {FOCUS_STEP_LOOK, step->leg, 0, 0, 1, false};
     for (int i = 0; i <= frames; i++) {
-        int error = focus_mover_go(self, side, round(from + way * i / frames));
+        int error = focus_mover_go(self, side, math_round(from + way * i / frames));
         if (error == ERROR_OK) {
             error = look(context, &one, focus_mover_position(self, side));
         }
@@ -93,7 +95,7 @@ int focus_mover_carry_out(struct rig *self, unsigned side, const struct focus_st
     } else if (step->kind == FOCUS_STEP_LOOK) {
         error = look(context, step, focus_mover_position(self, side));
     } else {
-        error = focus_mover_go(self, side, round(step->position));
+        error = focus_mover_go(self, side, math_round(step->position));
     }
     *event = (struct focus_event){.position = focus_mover_position(self, side), .deviation = 0.5};
     return error;

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "device/mt9t001.h"
 #include "focus/exposure_measure.h"
 #include "rig/base/poll.h"
@@ -179,11 +180,12 @@ static int learn(struct learner *self, struct lens_table *table) {
         }
         open = i == 0 ? light : open;
         // It only closes: the rest is noise.
-        ratio = fmax(ratio, sqrt(open / light));
+        ratio = math_max(ratio, sqrt(open / light));
         const struct lens_point point = {
             .at = position,
-            .value = (int32_t)(fmin(ratio, LENS_RATIO_ONE) * LENS_RATIO_ONE + 0.5),
-            .sigma = (uint16_t)(fmin(ratio, LENS_RATIO_ONE / 20) * LENS_RATIO_ONE * light_error),
+            .value = (int32_t)(math_min(ratio, LENS_RATIO_ONE) * LENS_RATIO_ONE + 0.5),
+            .sigma =
+                (uint16_t)(math_min(ratio, LENS_RATIO_ONE / 20) * LENS_RATIO_ONE * light_error),
             .count = 1};
         lens_table_put(table, &point);
     }

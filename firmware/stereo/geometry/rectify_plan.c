@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/rectify.h"
 #include "stereo/geometry/rectify_window.h"
@@ -16,13 +17,6 @@ enum {
 
 // A rectified plane at a larger angle to the cameras would be stretched beyond use.
 static const double FACING_MIN = 0.2;
-
-static double smaller(double a, double b) {
-    return a < b ? a : b;
-}
-static double larger(double a, double b) {
-    return a > b ? a : b;
-}
 
 // Parallax of the working range.
 struct parallax {
@@ -213,8 +207,8 @@ static int frame_rectified(const struct calibration *calibration,
     const double scale = options->scale;
     if (parallax->assumed) {  // published rectified pairs count from disparity 0
         const double offset = (lens->cx_px - calibration->right.cx_px) / lens->fx_px;
-        parallax->far = larger(0, -offset);
-        parallax->near = larger(parallax->far, parallax->near - offset);
+        parallax->far = math_max(0, -offset);
+        parallax->near = math_max(parallax->far, parallax->near - offset);
         limit_assumed(parallax, lens->fx_px * scale);
     }
     INVARIANT(plan->baseline_mm > 0);
@@ -256,8 +250,8 @@ static int choose_disparities(const struct rectify_options *options,
     if (!(far_px <= limit_px && near_px >= -limit_px)) {
         return ERROR_OVERLAP;
     }
-    const int low = floor_int(larger(far_px - parallax->margin_px, -limit_px));
-    const int high = -floor_int(-smaller(near_px + parallax->margin_px, limit_px));
+    const int low = floor_int(math_max(far_px - parallax->margin_px, -limit_px));
+    const int high = -floor_int(-math_min(near_px + parallax->margin_px, limit_px));
     const int count = high - low + 1;
     INVARIANT(count > 0);
     const int rounded = (count + COUNT_STEP - 1) / COUNT_STEP * COUNT_STEP;

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "stereo/geometry/geometry.h"
 
 enum {
@@ -19,13 +20,6 @@ static const double WIDE_SLOPE_MAX = 1.4281480067421144;
 
 // Rays flatter than this on the rectified plane are useless: 83 degrees off its axis.
 static const double FACING_MIN = 0.125;
-
-static double smaller(double a, double b) {
-    return a < b ? a : b;
-}
-static double larger(double a, double b) {
-    return a > b ? a : b;
-}
 
 // Pixel number i of the outline of an image, clockwise from the top left.
 static void outline_pixel(const struct lens *lens, int i, double pixel_px[2]) {
@@ -78,7 +72,7 @@ static bool outline_ray(const struct lens *lens, double view_radius, int i, doub
 static void limit_field(const double R_rect_camera[9], double ray_camera[3], double ray_rect[3]) {
     const double x = ray_rect[0] < 0 ? -ray_rect[0] : ray_rect[0];
     const double y = ray_rect[1] < 0 ? -ray_rect[1] : ray_rect[1];
-    const double largest = larger(x, y);
+    const double largest = math_max(x, y);
     INVARIANT(largest >= 0);
     if (!(largest > 0) || (ray_rect[2] > 0 && largest <= WIDE_SLOPE_MAX * ray_rect[2])) {
         return;
@@ -110,8 +104,8 @@ int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
         outline->slope[i][0] = ray_rect[0] / ray_rect[2];
         outline->slope[i][1] = ray_rect[1] / ray_rect[2];
         const double ratio = ray_rect[2] / ray_camera[2];
-        outline->depth_ratio.min = smaller(outline->depth_ratio.min, ratio);
-        outline->depth_ratio.max = larger(outline->depth_ratio.max, ratio);
+        outline->depth_ratio.min = math_min(outline->depth_ratio.min, ratio);
+        outline->depth_ratio.max = math_max(outline->depth_ratio.max, ratio);
     }
     INVARIANT(outline->depth_ratio.min > 0);
     return ERROR_OK;
@@ -125,13 +119,13 @@ static void cut_outline(const struct rectify_outline *outline, double y, double 
     for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
         const double *a = outline->slope[i];
         const double *b = outline->slope[(i + 1) % RECTIFY_OUTLINE_POINTS];
-        if (y < smaller(a[1], b[1]) || y > larger(a[1], b[1])) {
+        if (y < math_min(a[1], b[1]) || y > math_max(a[1], b[1])) {
             continue;
         }
         const double share = a[1] == b[1] ? 0 : (y - a[1]) / (b[1] - a[1]);
         const double x = a[0] + share * (b[0] - a[0]);
-        *low = smaller(*low, x);
-        *high = larger(*high, x);
+        *low = math_min(*low, x);
+        *high = math_max(*high, x);
     }
 }
 
@@ -143,11 +137,11 @@ bool rectify_window_find(const struct rectify_outline *left, const struct rectif
     for (int side = 0; side < 2; side++) {
         double low = INFINITY, high = -INFINITY;
         for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
-            low = smaller(low, both[side]->slope[i][1]);
-            high = larger(high, both[side]->slope[i][1]);
+            low = math_min(low, both[side]->slope[i][1]);
+            high = math_max(high, both[side]->slope[i][1]);
         }
-        top = larger(top, low);
-        bottom = smaller(bottom, high);
+        top = math_max(top, low);
+        bottom = math_min(bottom, high);
     }
     *window =
         (struct rectify_window){INFINITY, -INFINITY, INFINITY, -INFINITY, INFINITY, -INFINITY};
@@ -159,17 +153,18 @@ bool rectify_window_find(const struct rectify_outline *left, const struct rectif
         double left_low, left_high, right_low, right_high;
         cut_outline(left, y, &left_low, &left_high);
         cut_outline(right, y, &right_low, &right_high);
-        const double low = larger(left_low, right_low + parallax_far);
-        const double high = smaller(left_high, right_high + parallax_near);
+        const double low = math_max(left_low, right_low + parallax_far);
+        const double high = math_min(left_high, right_high + parallax_near);
         if (!(low < high)) {
             continue;
         }
-        window->left_low = smaller(window->left_low, low);
-        window->left_high = larger(window->left_high, high);
-        window->right_low = smaller(window->right_low, larger(right_low, low - parallax_near));
-        window->right_high = larger(window->right_high, smaller(right_high, high - parallax_far));
-        window->top = smaller(window->top, y);
-        window->bottom = larger(window->bottom, y);
+        window->left_low = math_min(window->left_low, low);
+        window->left_high = math_max(window->left_high, high);
+        window->right_low = math_min(window->right_low, math_max(right_low, low - parallax_near));
+        window->right_high =
+            math_max(window->right_high, math_min(right_high, high - parallax_far));
+        window->top = math_min(window->top, y);
+        window->bottom = math_max(window->bottom, y);
     }
     return window->left_low < window->left_high && window->top < window->bottom;
 }

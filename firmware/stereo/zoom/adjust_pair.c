@@ -75,7 +75,7 @@ static void linearize(struct matches *m) {
     for (int i = 0; i < m->count; i++) {
         double residual, derivative[ADJUST_TERMS];
         struct adjust_track *track = &m->track[i];
-        track->rejected = !adjust_track_epipolar(adjustment, track, &residual, derivative);
+        track->rejected = !adjustment_track_epipolar(adjustment, track, &residual, derivative);
         m->residual[i] = track->rejected ? 1e6F : (float)residual;
         float *effect = m->effect[i];
         memset(effect, 0, sizeof m->effect[i]);
@@ -378,7 +378,7 @@ void adjust_pair_assess(const struct adjust_picture *picture, const struct adjus
     report->depth_mm = report->used > 0 ? report->depth_mm : 2 * picture->depth_near_mm;
     double px[2] = {0.5 * picture->grey[0].width, 0.5 * picture->grey[0].height};
     adjust_to_sensor(&picture->window[0], px);
-    if (adjust_depth_gradient(adjustment, picture->state, px, report->depth_mm, gradient)) {
+    if (adjustment_depth_gradient(adjustment, picture->state, px, report->depth_mm, gradient)) {
         report->depth = sigma_of(adjustment, growth, gradient);
     }
     report->surprise = adjust_chi_square_score(adjustment);

@@ -25,8 +25,8 @@ double adjust_posterior_sigma(const struct adjustment *adjustment, const double 
     return sigma_of(adjustment->posterior, adjustment->terms, gradient);
 }
 
-void adjustment_extra_term(const struct adjustment *adjustment, int term, double *change,
-                           double *sigma) {
+void adjust_extra_term(const struct adjustment *adjustment, int term, double *change,
+                       double *sigma) {
     const double *row = adjustment->work + (size_t)term * (size_t)adjustment->terms;
     INVARIANT(term >= 0 && term < adjustment->terms);
     // What the corrections do not absorb of it.

@@ -182,7 +182,7 @@ static bool start_point(const struct adjustment *adjustment, struct adjust_track
     return true;
 }
 
-bool adjust_track_place(const struct adjustment *adjustment, struct adjust_track *track) {
+bool adjustment_track_place(const struct adjustment *adjustment, struct adjust_track *track) {
     track->is_placed = start_point(adjustment, track);
     for (int step = 0; step < PLACE_STEPS && track->is_placed; step++) {
         struct equations e;
@@ -285,14 +285,14 @@ static bool place_and_reduce(const struct adjustment *adjustment, struct adjust_
     if (track->is_placed && reduce(adjustment, track, e)) {
         return true;
     }
-    return adjust_track_place(adjustment, track) && reduce(adjustment, track, e);
+    return adjustment_track_place(adjustment, track) && reduce(adjustment, track, e);
 }
 
-bool adjust_track_epipolar(const struct adjustment *adjustment, struct adjust_track *track,
-                           double *residual_px, double derivative[2 * VIEW_TERMS]) {
+bool adjustment_track_epipolar(const struct adjustment *adjustment, struct adjust_track *track,
+                               double *residual_px, double derivative[2 * VIEW_TERMS]) {
     struct equations e;
     INVARIANT(track->count == 2);
-    if (!adjust_track_place(adjustment, track) || !reduce(adjustment, track, &e)) {
+    if (!adjustment_track_place(adjustment, track) || !reduce(adjustment, track, &e)) {
         return false;
     }
     *residual_px = e.residual[0];
@@ -437,8 +437,9 @@ int adjustment_solve(struct adjustment *adjustment, struct adjust_track *tracks,
     return used;
 }
 
-bool adjust_depth_gradient(const struct adjustment *adjustment, int state, const double left_px[2],
-                           double depth_mm, double gradient[ADJUST_TERMS_MAX]) {
+bool adjustment_depth_gradient(const struct adjustment *adjustment, int state,
+                               const double left_px[2], double depth_mm,
+                               double gradient[ADJUST_TERMS_MAX]) {
     INVARIANT(adjust_view(state, 1) < adjustment->views && depth_mm > 0);
     memset(gradient, 0, ADJUST_TERMS_MAX * sizeof *gradient);
     struct adjust_track track = {.count = 2,

@@ -48,13 +48,13 @@ size_t adjustment_need_bytes(int states);
 
 /// Places a point where its first two observations meet, then fits all of them. False if the point
 /// is behind a camera, or a lens does not see it.
-bool adjust_track_place(const struct adjustment *adjustment, struct adjust_track *track);
+bool adjustment_track_place(const struct adjustment *adjustment, struct adjust_track *track);
 
 /// The residual of a track of two observations in px, signed, and its derivatives with respect to
 /// the corrections of the two views, so that only what the point cannot absorb remains. False if
 /// the point cannot be placed.
-bool adjust_track_epipolar(const struct adjustment *adjustment, struct adjust_track *track,
-                           double *residual_px, double derivative[2 * VIEW_TERMS]);
+bool adjustment_track_epipolar(const struct adjustment *adjustment, struct adjust_track *track,
+                               double *residual_px, double derivative[2 * VIEW_TERMS]);
 
 /// The corrections that fit the tracks, from the present ones on, with Cauchy weights. Tracks with
 /// `rejected` set are not used. Returns the number of tracks used; with none, the prior is back.
@@ -67,8 +67,8 @@ double adjust_posterior_sigma(const struct adjustment *adjustment, const double 
 /// The most probable change of a term beside all corrections, and its standard deviation, from the
 /// last fit: what the prior holds to be impossible, such as a camera that turned between states.
 /// INFINITY: nothing shows it.
-void adjustment_extra_term(const struct adjustment *adjustment, int term, double *change,
-                           double *sigma);
+void adjust_extra_term(const struct adjustment *adjustment, int term, double *change,
+                       double *sigma);
 
 /// How much larger the corrections are than the calibration allows: the standard score of the sum
 /// of their squares in independent parts of the prior, with as many degrees of freedom as the
@@ -81,8 +81,9 @@ double adjust_birge_ratio(const struct adjustment *adjustment);
 
 /// Gradient of the depth, in the left camera's frame, of the point that the views of a state see:
 /// in the left view at `left_px`, at `depth_mm`.
-bool adjust_depth_gradient(const struct adjustment *adjustment, int state, const double left_px[2],
-                           double depth_mm, double gradient[ADJUST_TERMS_MAX]);
+bool adjustment_depth_gradient(const struct adjustment *adjustment, int state,
+                               const double left_px[2], double depth_mm,
+                               double gradient[ADJUST_TERMS_MAX]);
 
 #ifdef __cplusplus
 }

@@ -341,8 +341,8 @@ static int compare(const struct adjust_picture picture[2], struct arena *arena,
         report->carried = carry_tracks(&p, side, found, tracks, first);
         fit(adjustment, tracks, report);
         for (int k = 0; k < 2 && report->carried > 0; k++) {
-            adjustment_extra_term(adjustment, VIEW_TERMS * adjust_view(1, k) + VIEW_ROTATION_Y,
-                                  &report->turn_rad[k], &report->turn_sigma_rad[k]);
+            adjust_extra_term(adjustment, VIEW_TERMS * adjust_view(1, k) + VIEW_ROTATION_Y,
+                              &report->turn_rad[k], &report->turn_sigma_rad[k]);
         }
     }
     return ERROR_OK;

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The core depends on nothing but itself: no allocation, no input or output, no libm except sqrt.
+"""The firmware depends on nothing but itself: no allocation, no input or output, no libm except sqrt.
 
-Every source of firmware/core and firmware/stereo is compiled separately and its undefined symbols are checked, for
-the native processor and for 32-bit ARM (where the compiler's own helpers show as well).
+Every source of the firmware's libraries is compiled separately and its undefined symbols are checked, for the native
+processor, 32-bit ARM and 64-bit RISC-V (the compiler's own helpers differ).
 """
 import concurrent.futures
 import glob
@@ -14,15 +14,18 @@ import tempfile
 import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
-FLAGS = ["-std=c11", "-O2", "-ffp-contract=off", "-fno-pic", "-I",
-         os.path.join(ROOT, "firmware"), "-c"]
+# firmware/image holds no library: it is what the board's system is built of.
+CORE = "core", "stereo"
+FOLDERS = *CORE, "device", "focus", "rig", "console"
+FLAGS = ["-std=c11", "-O2", "-ffp-contract=off", "-fno-pic", "-I", os.path.join(ROOT, "firmware"),
+         "-I", os.path.join(ROOT, "fpga", "generated"), "-c"]
 # The objects are the same each time, so unchanged sources need not be recompiled.
 CACHED = ["ccache"] if shutil.which("ccache") else []
 EXPORTED = "TDBRVWC"
 ALLOWED = {
     "sqrt",  # correctly rounded everywhere, so it gives the same bytes
     "memcpy", "memset", "memmove", "memcmp", "memchr",
-    "strlen", "strcmp", "strncmp", "strchr", "strspn", "strcspn",
+    "strlen", "strcmp", "strncmp", "strchr", "strrchr", "strspn", "strcspn", "strcpy",
 }
 # Symbols that a compiler adds: position-independent code, its library of 64-bit division, bit
 # counts and floating point, processor detection.
@@ -30,8 +33,8 @@ COMPILER = re.compile(r"^(_GLOBAL_OFFSET_TABLE_|__aeabi_\w+|__(u|)(div|mod)\w*|_
                       r"__(u|)float\w+|__fix\w+|__cpu_model|__cpu_indicator_init|__popcount\w+)$")
 
 
-def sources():
-    return sorted(path for folder in ("core", "stereo") for path in
+def sources(folders=FOLDERS):
+    return sorted(path for folder in folders for path in
                   glob.glob(os.path.join(ROOT, "firmware", folder, "**", "*.c"), recursive=True))
 
 
@@ -41,7 +44,7 @@ def extra_flags(compiler, source):
 
 
 class Listing:
-    """Output of nm for every object of the core, by compiler: compiled once for all tests."""
+    """Output of nm for every object, by compiler: compiled once for all tests."""
     known = {}
 
     @classmethod
@@ -81,13 +84,16 @@ class CoreSymbols(unittest.TestCase):
         self.assertIn("rectify_row_u8", defined)
         strangers = {name: files for name, files in needed.items()
                      if name not in defined | ALLOWED and not COMPILER.match(name)}
-        self.assertEqual(strangers, {}, "symbols from outside the core, and who needs them")
+        self.assertEqual(strangers, {}, "symbols from outside the firmware, and who needs them")
 
     def test_this_processor(self):
         self.check("gcc")
 
     def test_arm(self):
         self.check("arm-linux-gnueabihf-gcc")
+
+    def test_risc_v(self):
+        self.check("riscv64-linux-gnu-gcc")
 
     def test_the_check_can_fail(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -106,16 +112,16 @@ class CoreSymbols(unittest.TestCase):
     def test_exports_carry_their_file_name(self):
         """foo.c exports only foo_*, so that a name identifies its file; or the name of its folder."""
         folders = {os.path.basename(path): os.path.basename(os.path.dirname(path))
-                   for path in sources()}
-        for source, listing in Listing.of("gcc").items():
+                   for path in sources(CORE)}
+        for source, folder in folders.items():
             # A module of several files shares its first word.
-            stems = source.removesuffix(".c").split("_")[0] + "_", folders[source] + "_"
+            stems = source.removesuffix(".c").split("_")[0] + "_", folder + "_"
             with self.subTest(source):
-                self.assertEqual([name for kind, name in listing
+                self.assertEqual([name for kind, name in Listing.of("gcc")[source]
                                   if kind in EXPORTED and not name.startswith(stems)], [])
 
     def test_no_mutable_statics(self):
-        """The core has no data or bss: it runs on any thread, from read-only memory."""
+        """The firmware has no data or bss: it runs on any thread, from read-only memory."""
         for source, listing in Listing.of("gcc").items():
             with self.subTest(source):
                 self.assertEqual([name for kind, name in listing if kind in "bBdDcC"], [])

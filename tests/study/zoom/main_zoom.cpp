@@ -53,7 +53,7 @@ double sigma_mm(const zoom_calibration &calibration, const Moment &moment,
     Memory memory(adjustment_need_bytes(1));
     adjustment adjustment = begin(calibration, {moment.state}, memory);
     for (adjust_track &track : tracks) {
-        track.rejected = !adjust_track_place(&adjustment, &track);
+        track.rejected = !adjustment_track_place(&adjustment, &track);
         for (int i = 0; i < track.count; i++) {
             (void)camera_view_project(&adjustment.view[track.view[i]], &track.point,
                                       track.pixel_px[i], nullptr, nullptr);

@@ -145,7 +145,7 @@ double depth_error(const Moment &moment, const camera_view view[2], double colum
 
 double depth_sigma_mm(const adjustment &adjustment, int state) {
     double gradient[ADJUST_TERMS_MAX];
-    if (!adjust_depth_gradient(&adjustment, state, kMiddle, kDepthMm, gradient)) {
+    if (!adjustment_depth_gradient(&adjustment, state, kMiddle, kDepthMm, gradient)) {
         throw std::runtime_error("no gradient of depth");
     }
     return adjust_posterior_sigma(&adjustment, gradient);
@@ -156,7 +156,7 @@ void judge(const Moment &moment, const adjustment &adjustment, int state, simrig
     Sample rows;
     for (adjust_track &track : tracks_of({&moment}, state, 0, 200, noise)) {
         double residual_px = 0, derivative[2 * VIEW_TERMS];
-        if (adjust_track_epipolar(&adjustment, &track, &residual_px, derivative)) {
+        if (adjustment_track_epipolar(&adjustment, &track, &residual_px, derivative)) {
             rows.add(residual_px);
         }
     }

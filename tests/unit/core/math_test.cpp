@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 
 #include "synthetic/seed.hpp"
 
@@ -131,4 +132,60 @@ TEST_CASE("exp and log at the ends of their ranges") {
     CHECK(std::isnan(math_log(-1)));
     CHECK(std::isnan(math_log(not_a_number)));
     CHECK(math_log(5e-324) == doctest::Approx(-744.44007192138122).epsilon(1e-15));
+}
+
+TEST_CASE("hypot is right to 4e-16 of itself") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("seed " << seed);
+    CHECK(worst(
+              seed, 200000,
+              [](std::mt19937_64 &random) {
+                  return std::pair(std::pow(10, between(random, -140, 150)),
+                                   -std::pow(10, between(random, -140, 150)));
+              },
+              [](std::pair<double, double> p) {
+                  const long double x = p.first, y = p.second;
+                  return std::fabs(math_hypot(p.first, p.second) / std::sqrt(x * x + y * y) - 1);
+              }) <= 4e-16);
+    CHECK(math_hypot(3, -4) == 5);
+    CHECK(math_hypot(0, 0) == 0);
+}
+
+TEST_CASE("floor, ceil and round are those of the C library") {
+    std::mt19937_64 random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    const auto check = [](double x) {
+        CAPTURE(x);
+        REQUIRE(math_floor(x) == std::floor(x));
+        REQUIRE(math_ceil(x) == std::ceil(x));
+        REQUIRE(math_round(x) == std::round(x));
+    };
+    for (int i = 0; i < 50000; i++) {
+        const double x = between(random, -1, 1) * std::pow(10, between(random, -3, 20));
+        const double half = std::floor(between(random, -1000, 1000)) + 0.5;
+        for (double near : {x, half, std::floor(x)}) {
+            check(near);
+            check(std::nextafter(near, infinity));
+            check(std::nextafter(near, -infinity));
+        }
+    }
+    for (double x : {0.0, 0x1p52, -0x1p52, 0x1p63, 1e300, infinity, -infinity}) {
+        check(x);
+    }
+    CHECK(std::isnan(math_floor(not_a_number)));
+    CHECK(std::isnan(math_ceil(not_a_number)));
+    CHECK(std::isnan(math_round(not_a_number)));
+}
+
+TEST_CASE("the larger and the smaller of two numbers, and of a number and none") {
+    for (double a : {-infinity, -1.5, 0.0, 2.0, infinity, not_a_number}) {
+        for (double b : {-infinity, -1.5, 0.0, 2.0, infinity}) {
+            CHECK(math_max(a, b) == std::fmax(a, b));
+            CHECK(math_max(b, a) == std::fmax(a, b));
+            CHECK(math_min(a, b) == std::fmin(a, b));
+            CHECK(math_min(b, a) == std::fmin(a, b));
+        }
+    }
+    CHECK(std::isnan(math_max(not_a_number, not_a_number)));
+    CHECK(std::isnan(math_min(not_a_number, not_a_number)));
 }

@@ -195,7 +195,7 @@ TEST_CASE("a pair brings rows together, and its error agrees with the predicted 
             CHECK(std::sqrt(rows) < 0.115);
             const double centre[2] = {1030, 766};
             double gradient[ADJUST_TERMS_MAX];
-            REQUIRE(adjust_depth_gradient(&adjustment, 0, centre, 1800, gradient));
+            REQUIRE(adjustment_depth_gradient(&adjustment, 0, centre, 1800, gradient));
             const double sigma = adjust_posterior_sigma(&adjustment, gradient);
             CHECK(sigma <= adjust_prior_sigma(&adjustment, gradient) * 1.0001);
             const double error = depth_error(truth, adjustment.view);
@@ -331,7 +331,7 @@ TEST_CASE("a known length in view gives the depth, as well as predicted") {
             REQUIRE(adjustment_solve(&adjustment, tracks.data(), 300) == 300);
             const double centre[2] = {1030, 766};
             double gradient[ADJUST_TERMS_MAX];
-            REQUIRE(adjust_depth_gradient(&adjustment, 0, centre, 1800, gradient));
+            REQUIRE(adjustment_depth_gradient(&adjustment, 0, centre, 1800, gradient));
             const double sigma = adjust_posterior_sigma(&adjustment, gradient);
             const double error = depth_error(truth, adjustment.view);
             square += error * error / (sigma * sigma) / draws;
@@ -374,7 +374,7 @@ TEST_CASE("a thing at infinity gives the depth, as well as predicted") {
             }
             const double centre[2] = {1024, 768};
             double gradient[ADJUST_TERMS_MAX];
-            REQUIRE(adjust_depth_gradient(&adjustment, 0, centre, 5000, gradient));
+            REQUIRE(adjustment_depth_gradient(&adjustment, 0, centre, 5000, gradient));
             before = adjust_prior_sigma(&adjustment, gradient);
             REQUIRE(adjustment_solve(&adjustment, &far, 1) == 1);
             after = adjust_posterior_sigma(&adjustment, gradient);
@@ -462,7 +462,7 @@ TEST_CASE("a wide and a tele pair show where the rings are, and carries pan from
         }
         const double centre[2] = {1025, 768};
         double gradient[ADJUST_TERMS_MAX];
-        REQUIRE(adjust_depth_gradient(&adjustment, 1, centre, 1800, gradient));
+        REQUIRE(adjustment_depth_gradient(&adjustment, 1, centre, 1800, gradient));
         const double error = depth_error(truth[1], adjustment.view + 2);
         const double sigma = adjust_posterior_sigma(&adjustment, gradient);
         square += error * error / (sigma * sigma) / draws;

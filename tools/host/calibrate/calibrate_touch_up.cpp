@@ -158,7 +158,7 @@ class looker {
         std::vector<double> rows;
         for (adjust_track track : own_) {
             double residual = 0, gradient[ADJUST_TERMS_MAX];
-            if (adjust_track_epipolar(&adjustment_, &track, &residual, gradient)) {
+            if (adjustment_track_epipolar(&adjustment_, &track, &residual, gradient)) {
                 rows.push_back(std::abs(residual) * std::sqrt(2.0));
             }
         }
@@ -240,9 +240,9 @@ class looker {
         double residual = 0, along[ADJUST_TERMS_MAX] = {}, gradient[ADJUST_TERMS_MAX];
         adjust_track track = far_;
         track.at_infinity = false;
-        if (!adjust_track_epipolar(&adjustment_, &track, &residual, along) ||
+        if (!adjustment_track_epipolar(&adjustment_, &track, &residual, along) ||
             !measure_far(sigma_of, fit) ||
-            !adjust_depth_gradient(&adjustment_, 0, middle, far_depth_mm, gradient)) {
+            !adjustment_depth_gradient(&adjustment_, 0, middle, far_depth_mm, gradient)) {
             return false;
         }
         fit->rows_px = std::abs(residual) * std::sqrt(2.0);
@@ -312,7 +312,7 @@ class looker {
         std::vector<double> found;
         for (const both &pair : pairs_) {
             adjust_track track = track_of(pair);
-            if (!adjust_track_place(&adjustment, &track) || !(track.point.w > 0)) {
+            if (!adjustment_track_place(&adjustment, &track) || !(track.point.w > 0)) {
                 return {};
             }
             const far_point &point = track.point;
@@ -368,7 +368,7 @@ class looker {
         for (const both &pair : pairs_) {
             adjust_track track = track_of(pair);
             double residual = 0, gradient[ADJUST_TERMS_MAX] = {};
-            if (!adjust_track_epipolar(&adjustment_, &track, &residual, gradient)) {
+            if (!adjustment_track_epipolar(&adjustment_, &track, &residual, gradient)) {
                 return false;
             }
             rows.push_back(std::abs(residual) * std::sqrt(2.0));
@@ -384,7 +384,7 @@ class looker {
     bool measure_depth(sigma_function sigma_of, double *depth_mm, double *sigma_mm) const {
         double gradient[ADJUST_TERMS_MAX], seen[3], offset[3];
         adjust_track track = track_of(pairs_[pairs_.size() / 2]);
-        if (!adjust_track_place(&adjustment_, &track) || !(track.point.w > 0)) {
+        if (!adjustment_track_place(&adjustment_, &track) || !(track.point.w > 0)) {
             return false;
         }
         const far_point &point = track.point;
@@ -395,7 +395,7 @@ class looker {
         geometry_rotate_back(adjustment_.view[0].R_instrument_camera, offset, seen);
         *depth_mm = seen[2];
         if (!(seen[2] > 0) ||
-            !adjust_depth_gradient(&adjustment_, 0, track.pixel_px[0], seen[2], gradient)) {
+            !adjustment_depth_gradient(&adjustment_, 0, track.pixel_px[0], seen[2], gradient)) {
             return false;
         }
         *sigma_mm = sigma_of(&adjustment_, gradient);
