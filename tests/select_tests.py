@@ -344,6 +344,11 @@ def targets(build, names):
         text = "".join(read(path) for path in test.modules()) if test.script() else None
         if text and re.search("completion|manual", text):
             found |= {"daemon_manuals", "tools_manuals"}
+        # Programs that a test finds beside one that it is given.
+        if text and re.search(r"\bBUILD\b|\.parents\[1\]|parent\.parent", text):
+            found |= {target for target, _ in PROGRAMS.values()}
+        if text and "simrig-render" in text:
+            found.add(PROGRAMS["SIMRIG_RENDER"][0])
         for name, value in [("", word) for word in test.command] + list(test.environment.items()):
             # Every test gets the same variables; it has those that it names.
             if name and text is not None and not re.search(rf"\b{name}\b", text):

@@ -46,6 +46,7 @@ class Selection(unittest.TestCase):
         self.assertEqual(select_tests.targets(BUILD, "^unit/crc_test$"), ["tests/crc_test"])
         self.assertIn("tools/vergence", select_tests.targets(BUILD, "^command/info_test$"))
         self.assertNotIn("tools/simrig/simrig", select_tests.targets(BUILD, "^command/info_test$"))
+        self.assertIn("tools/simrig/simrig-render", select_tests.targets(BUILD, "^simrig/zoom_adjust_test$"))
         self.assertIn("daemon/vergenced", select_tests.targets(BUILD, "^console/focus_curve_test$"))
         self.assertEqual(select_tests.targets(BUILD, "^hdl/map_test$"), [])
 
