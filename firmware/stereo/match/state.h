@@ -28,7 +28,6 @@ enum {
     MATCH_COST_MAX = 120,    // so that a path cost stays below 256
     MATCH_WEIGHT_ONE = 128,  // shares of a blend are in 1/128, between 1 and 127
     MATCH_CENSUS_PLANES = 3,
-    MATCH_CENSUS_BITS = 8 * MATCH_CENSUS_PLANES,
     MATCH_CENSUS_RADIUS = 2,
     MATCH_TILE_COLUMNS = 16,
     MATCH_BAND_ROWS = 8,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Every tuned number of the matcher, a line each: unit, meaning. No other file of this folder has
 /// one; what remains elsewhere are sizes, formats and bounds of numbers. The slow reference
-/// (tests/oracle/match_reference*.cpp) reads the same table. RESULTS.md lists what a change of each
-/// by a quarter does.
+/// (tests/oracle/match_reference*.cpp) reads the same table. `tools/bench tuning` measures what
+/// each does, a quarter lower and higher; with --write the differences follow here, after a bar: of
+/// bad-1.0 and of what is kept and wrong, lower and then higher.
 #ifndef VERGENCE_STEREO_MATCH_TUNING_H
 #define VERGENCE_STEREO_MATCH_TUNING_H
 
