@@ -27,14 +27,14 @@ GUARDS = {
     "command/signals_test": ("tools/host", "tools/main_vergence.cpp"),
     "console/help_examples_test": ("daemon", "tools"),
     "console/noise_whole_test": ("daemon",),
-    "focus/scenes_test": ("firmware/device", "firmware/focus", "firmware/rig", "tests/focus",
-                          "tools/simrig/devices"),
     "hdl/symbols_test_[1-9]": ("fpga/rtl", "tests/hdl"),
     "hdl/synthesis_test": ("fpga/rtl", "fpga/generated", "fpga/boards", "fpga/tools"),
     "rig/search_fault_test": ("firmware/console", "firmware/rig"),
     "simrig/true_calibration_test": ("calib", "tools/simrig"),
     "simrig/world_(blur|files)_test": ("tools/simrig",),
     "study/bench": ("calib", "tests/study/bench", "tools/bench", "tools/bench.d"),
+    "study/focus": ("firmware/device", "firmware/focus", "firmware/rig", "tests/study/focus",
+                    "tools/simrig/devices"),
     "study/zoom": ("calib/zoom", "tests/study/zoom"),
 }
 

@@ -32,7 +32,7 @@ import time
 import cv2
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 SIMRIG = ROOT / "tools" / "simrig"
 MIDDLE_PX = (1024, 768)
 PIXEL_MM, WELL_E, E_PER_LUX_S, BLACK_DN = 0.0032, 8500, 17000, 42
