@@ -4,20 +4,8 @@
 #include <cmath>
 
 #include "core/invariant.h"
-#include "stereo/geometry/geometry.h"
 
 namespace calib {
-
-namespace {
-
-rigid turn_about(const double direction[3], double angle_rad) {
-    const double length = geometry_norm(direction);
-    const double turn[3] = {direction[0] / length * angle_rad, direction[1] / length * angle_rad,
-                            direction[2] / length * angle_rad};
-    return turned({}, turn);
-}
-
-}  // namespace
 
 bool zoom_deviates(int function) {
     return function == ZOOM_FOCAL || function == ZOOM_CENTRE_X || function == ZOOM_CENTRE_Y ||
@@ -112,18 +100,6 @@ std::vector<int> zoom_layout::columns(int camera, int setting, int visit) const 
     return result;
 }
 
-double zoom_unit(const zoom_range &range, double value) {
-    INVARIANT(range.max > range.min);
-    return (2 * value - range.min - range.max) / (range.max - range.min);
-}
-
-void chebyshev(double u, int count, double *value) {
-    INVARIANT(count <= ZOOM_TERMS_MAX);
-    for (int i = 0; i < count; i++) {
-        value[i] = i == 0 ? 1 : i == 1 ? u : 2 * u * value[i - 1] - value[i - 2];
-    }
-}
-
 namespace {
 
 double effect_of(const zoom_layout &layout, const double *shared, int camera, int function,
@@ -132,84 +108,82 @@ double effect_of(const zoom_layout &layout, const double *shared, int camera, in
     return place < 0 ? 0 : shared[place];
 }
 
-double sum_of_terms(const zoom_layout &layout, const double *shared, int camera, int function,
-                    const double *basis) {
-    const double *term = shared + layout.terms_at(camera, function);
-    const bool pupil = function == ZOOM_PUPIL;
-    double sum = 0;
-    for (int i = 0; i < layout.estimated_terms(function); i++) {
-        // The pupil's terms are T_i(u) - T_i(-1).
-        sum += term[i] * (pupil ? basis[i + 1] + (i % 2 == 0 ? 1 : -1) : basis[i]);
-    }
-    return sum;
+double focal_of(const zoom_camera &model, double zoom_counts, double effect) {
+    return zoom_function_value(&model, ZOOM_FOCAL, zoom_counts) + effect;
 }
 
 }  // namespace
 
+zoom_camera zoom_camera_of(const zoom_problem &problem, const zoom_layout &layout,
+                           const double *shared, int camera) {
+    const zoom_side &side = problem.side[size_t(camera)];
+    zoom_camera model{};
+    model.pixel_mm = side.pixel_mm;
+    model.zoom = side.zoom;
+    model.focus = side.focus;
+    model.log_focal = side.log_focal;
+    for (int name = 0; name < ZOOM_FUNCTIONS; name++) {
+        zoom_function &function = model.function[name];
+        function.terms = layout.orders()[size_t(name)];
+        const int skipped = function.terms - layout.estimated_terms(name);
+        const double *term = shared + layout.terms_at(camera, name);
+        for (int i = skipped; i < function.terms; i++) {
+            function.term[i] = term[i - skipped];
+            // T_i(-1) is 1 or -1: a function without a constant term is 0 at the lower end.
+            function.term[0] += skipped == 0 ? 0
+                                : i % 2 == 0 ? -function.term[i]
+                                             : function.term[i];
+        }
+    }
+    for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
+        model.focus_dioptre_by_count[i] = shared[layout.focus_at(camera) + i];
+    }
+    for (int i = 0; i < ZOOM_MOUNT_PARAMETERS; i++) {
+        const int place = layout.mount_at(camera, i);
+        model.mount[i] = place < 0 ? 0 : shared[place];
+    }
+    return model;
+}
+
 double focal_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
                 int camera, int setting, double zoom_counts) {
-    double basis[ZOOM_TERMS_MAX];
-    chebyshev(zoom_unit(problem.side[size_t(camera)].zoom, zoom_counts),
-              layout.orders()[ZOOM_FOCAL], basis);
-    return sum_of_terms(layout, shared, camera, ZOOM_FOCAL, basis) +
-           effect_of(layout, shared, camera, ZOOM_FOCAL, setting);
+    return focal_of(zoom_camera_of(problem, layout, shared, camera), zoom_counts,
+                    effect_of(layout, shared, camera, ZOOM_FOCAL, setting));
 }
 
 posed_camera camera_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
                        const zoom_view_state &view_state, const zoom_latents &latent) {
     const int camera = view_state.camera;
-    const zoom_side &side = problem.side[size_t(camera)];
+    const zoom_camera model = zoom_camera_of(problem, layout, shared, camera);
+    zoom_camera_state state{};
+    state.focus_counts = view_state.axes.focus_counts;
+    for (int name = 0; name < ZOOM_FUNCTIONS; name++) {
+        state.deviation[name] = effect_of(layout, shared, camera, name, view_state.setting);
+    }
     posed_camera posed;
-    posed.focal_px = std::fmax(1, focal_at(problem, layout, shared, camera, view_state.setting,
-                                           view_state.axes.zoom_counts + latent[LATENT_READING]));
-    const double u = zoom_unit(side.log_focal, std::log(posed.focal_px));
-    double basis[ZOOM_TERMS_MAX];
-    chebyshev(u, ZOOM_TERMS_MAX, basis);
-    double pupil_mm = 0;
-    for (int function = ZOOM_FOCUS_DIOPTRE; function < ZOOM_FUNCTIONS; function++) {
-        const double value = sum_of_terms(layout, shared, camera, function, basis) +
-                             effect_of(layout, shared, camera, function, view_state.setting);
-        if (function == ZOOM_FOCUS_DIOPTRE) {
-            posed.focus_dioptre = value;
-        } else if (function == ZOOM_PUPIL) {
-            pupil_mm = value;
-        } else {
-            posed.lens.value[size_t(zoom_lens_parameter(function))] = value;
+    posed.focal_px =
+        std::fmax(1, focal_of(model, view_state.axes.zoom_counts + latent[LATENT_READING],
+                              state.deviation[ZOOM_FOCAL]));
+    double value[ZOOM_FUNCTIONS];
+    zoom_values_at(&model, &state, posed.focal_px, value);
+    for (int name = 0; name < ZOOM_FUNCTIONS; name++) {
+        if (zoom_lens_parameter(name) >= 0) {
+            posed.lens.value[size_t(zoom_lens_parameter(name))] = value[name];
         }
     }
+    posed.focus_dioptre = value[ZOOM_FOCUS_DIOPTRE];
     posed.lens.value[CENTRE_X] += latent[LATENT_CENTRE_X];
     posed.lens.value[CENTRE_Y] += latent[LATENT_CENTRE_Y];
-    chebyshev(zoom_unit(side.focus, view_state.axes.focus_counts), ZOOM_FOCUS_TERMS + 1, basis);
-    for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
-        posed.focus_dioptre += shared[layout.focus_at(camera) + i] * basis[i + 1];
-    }
-    const double stretch = 1 - posed.focal_px * side.pixel_mm * 1e-3 * posed.focus_dioptre;
-    posed.lens.value[LOG_FOCAL] = std::log(posed.focal_px / std::fmax(0.1, stretch));
+    posed.lens.value[LOG_FOCAL] =
+        std::log(posed.focal_px / std::fmax(0.1, zoom_focal_ratio(&model, value)));
 
-    double mount[ZOOM_MOUNT_PARAMETERS];
-    for (int i = 0; i < ZOOM_MOUNT_PARAMETERS; i++) {
-        const int place = layout.mount_at(camera, i);
-        mount[i] = place < 0 ? 0 : shared[place];
-    }
-    const double angle =
-        view_state.axes.pan_rad * (1 + mount[ZOOM_PAN_SCALE]) +
+    const double angle_rad =
+        view_state.axes.pan_rad * (1 + model.mount[ZOOM_PAN_SCALE]) +
         (view_state.visit < 0 ? 0 : shared[layout.pan_at(camera, view_state.visit)]) +
         latent[LATENT_PAN];
-    const double direction[3] = {mount[ZOOM_AXIS_DIRECTION_X], 1, mount[ZOOM_AXIS_DIRECTION_Z]};
-    const rigid turn = turn_about(direction, angle);
-    const rigid still = turned({}, mount + ZOOM_ROTATION_X);
     rigid T_instrument_camera;
-    geometry_multiply(turn.R, still.R, T_instrument_camera.R);
-    const double point[3] = {mount[ZOOM_AXIS_POINT_X], 0, mount[ZOOM_AXIS_POINT_Z]};
-    double arm[3], moved[3];
-    for (int i = 0; i < 3; i++) {
-        arm[i] = mount[ZOOM_POSITION_X + i] - point[i];
-    }
-    geometry_rotate(turn.R, arm, moved);
-    for (int i = 0; i < 3; i++) {
-        T_instrument_camera.t_mm[i] =
-            point[i] + moved[i] + T_instrument_camera.R[3 * i + 2] * pupil_mm;
-    }
+    zoom_pose_at(&model, angle_rad, value[ZOOM_PUPIL], T_instrument_camera.R,
+                 T_instrument_camera.t_mm);
     posed.T_camera_instrument = inverse(T_instrument_camera);
     return posed;
 }

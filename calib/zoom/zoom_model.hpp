@@ -139,18 +139,17 @@ struct zoom_view_state {
     zoom_axes axes;
 };
 
+/// One camera's model from the shared parameters; centres from the middle of the frame; without
+/// frame, irregularities and sigmas.
+zoom_camera zoom_camera_of(const zoom_problem &problem, const zoom_layout &layout,
+                           const double *shared, int camera);
+
 posed_camera camera_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
                        const zoom_view_state &view_state, const zoom_latents &latent);
 
 /// Focal length in px, focused at infinity.
 double focal_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
                 int camera, int setting, double zoom_counts);
-
-/// u of a range: -1 at min, 1 at max.
-double zoom_unit(const zoom_range &range, double value);
-
-/// T_0(u) to T_count-1(u).
-void chebyshev(double u, int count, double *value);
 
 /// The state of one view of a capture.
 zoom_view_state view_state_of(const zoom_problem::capture &capture, int camera);

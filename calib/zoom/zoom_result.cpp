@@ -33,14 +33,6 @@ combination term_of(const zoom_layout &layout, int camera, int function, int ter
     return sum;
 }
 
-double value_of(const combination &sum, const std::vector<double> &shared) {
-    double value = 0;
-    for (const auto &[place, factor] : sum) {
-        value += factor * shared[size_t(place)];
-    }
-    return value;
-}
-
 // All parameters of the text in the order of `zoom_parameter_list`.
 std::vector<combination> parameters_of(const zoom_layout &layout) {
     std::vector<combination> result;
@@ -65,34 +57,17 @@ std::vector<combination> parameters_of(const zoom_layout &layout) {
 void describe_camera(const zoom_solution &solution, int camera, zoom_camera *out) {
     const zoom_layout &layout = solution.layout;
     const zoom_side &side = solution.problem.side[size_t(camera)];
+    *out = zoom_camera_of(solution.problem, layout, solution.estimate.shared.data(), camera);
     out->width_px = side.frame.width_px;
     out->height_px = side.frame.height_px;
     out->radius_px = side.frame.radius_px;
-    out->pixel_mm = side.pixel_mm;
-    out->zoom = side.zoom;
-    out->focus = side.focus;
-    out->log_focal = side.log_focal;
     for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
-        zoom_function &written = out->function[function];
-        written.terms = layout.orders()[size_t(function)];
-        for (int term = 0; term < written.terms; term++) {
-            written.term[term] =
-                value_of(term_of(layout, camera, function, term), solution.estimate.shared);
-        }
         const int effect = layout.settings(camera) > 0 ? layout.effect_at(camera, function, 0) : -1;
-        written.irregularity = effect >= 0 ? solution.prior.sigma[size_t(effect)] : 0;
+        out->function[function].irregularity =
+            effect >= 0 ? solution.prior.sigma[size_t(effect)] : 0;
     }
     out->function[ZOOM_CENTRE_X].term[0] += side.frame.middle_x_px;
     out->function[ZOOM_CENTRE_Y].term[0] += side.frame.middle_y_px;
-    for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
-        out->focus_dioptre_by_count[i] =
-            solution.estimate.shared[size_t(layout.focus_at(camera) + i)];
-    }
-    for (int i = 0; i < ZOOM_MOUNT_PARAMETERS; i++) {
-        const int place = layout.mount_at(camera, i);
-        out->mount[i] = place < 0 ? 0 : solution.estimate.shared[size_t(place)];
-    }
-    std::vector<double> pans;
     out->pan_rad = {INFINITY, -INFINITY};
     for (const zoom_problem::capture &capture : solution.problem.captures) {
         const double pan = capture.axes[size_t(camera)].pan_rad;

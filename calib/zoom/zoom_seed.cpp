@@ -197,7 +197,7 @@ std::vector<double> fit_series(const std::vector<double> &u, const std::vector<d
         double size = 0;
         for (size_t k = 0; k < u.size(); k++) {
             double basis[ZOOM_TERMS_MAX];
-            chebyshev(u[k], terms, basis);
+            zoom_chebyshev(u[k], terms, basis);
             const Eigen::Map<vector> row(basis, terms);
             const double w = weight[k] / (sigma[k] * sigma[k]);
             A += w * row * row.transpose();
@@ -211,7 +211,7 @@ std::vector<double> fit_series(const std::vector<double> &u, const std::vector<d
         solved = solve_symmetric(A, b);
         for (size_t k = 0; k < u.size(); k++) {
             double basis[ZOOM_TERMS_MAX];
-            chebyshev(u[k], terms, basis);
+            zoom_chebyshev(u[k], terms, basis);
             const double off = (value[k] - Eigen::Map<vector>(basis, terms).dot(solved)) / sigma[k];
             weight[k] = 1 / (1 + off * off / 9);
         }
@@ -236,7 +236,7 @@ seen_focals focals_of(const std::vector<zoom_setting> &settings, const zoom_side
             const double seen_px = alone.camera[0].fx_px;
             const double counts = side.settings[size_t(one.setting[size_t(camera)])];
             result.solved.push_back(&one);
-            result.at.push_back(zoom_unit(side.zoom, counts));
+            result.at.push_back(zoom_range_unit(&side.zoom, counts));
             result.px.push_back(
                 focal_at_infinity(seen_px, side.pixel_mm, one.focused_mm[size_t(camera)]));
             result.sigma_px.push_back(alone.sigma.focal_px[0] + 2e-3 * seen_px);
@@ -247,7 +247,7 @@ seen_focals focals_of(const std::vector<zoom_setting> &settings, const zoom_side
 
 double value_of_series(const std::vector<double> &terms, double u) {
     double basis[ZOOM_TERMS_MAX], sum = 0;
-    chebyshev(u, int(terms.size()), basis);
+    zoom_chebyshev(u, int(terms.size()), basis);
     for (size_t i = 0; i < terms.size(); i++) {
         sum += terms[i] * basis[i];
     }
@@ -286,7 +286,7 @@ bool seed_lens(const std::vector<zoom_setting> &settings, int camera, zoom_probl
         for (size_t i = 0; i < seen.solved.size(); i++) {
             const solution &alone = seen.solved[i]->alone[size_t(camera)];
             const lens_state own = state_from_lens(side.frame, alone.camera[0]);
-            u.push_back(zoom_unit(side.log_focal, std::log(seen.px[i])));
+            u.push_back(zoom_range_unit(&side.log_focal, std::log(seen.px[i])));
             value.push_back(own.value[size_t(parameter)]);
             sigma.push_back(1 + alone.sigma.centre_x_px[0]);
         }

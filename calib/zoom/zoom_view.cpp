@@ -158,12 +158,13 @@ focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, s
     }
     row.residual = posed.focus_dioptre - 1e3 / std::fmax(1, middle[2]);
     double basis[ZOOM_TERMS_MAX];
-    chebyshev(zoom_unit(side.log_focal, std::log(posed.focal_px)), ZOOM_TERMS_MAX, basis);
+    zoom_chebyshev(zoom_range_unit(&side.log_focal, std::log(posed.focal_px)), ZOOM_TERMS_MAX,
+                   basis);
     for (int i = 0; i < layout.estimated_terms(ZOOM_FOCUS_DIOPTRE); i++) {
         row.columns.push_back(layout.terms_at(camera, ZOOM_FOCUS_DIOPTRE) + i);
         row.derivatives.push_back(basis[i]);
     }
-    chebyshev(zoom_unit(side.focus, axes.focus_counts), ZOOM_FOCUS_TERMS + 1, basis);
+    zoom_chebyshev(zoom_range_unit(&side.focus, axes.focus_counts), ZOOM_FOCUS_TERMS + 1, basis);
     for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
         row.columns.push_back(layout.focus_at(camera) + i);
         row.derivatives.push_back(basis[i + 1]);

@@ -31,9 +31,16 @@ int zoom_parameter_list(struct zoom_camera camera[2], double *parameter[ZOOM_PAR
     return count;
 }
 
-static double within(const struct zoom_range *range, double value) {
+double zoom_range_unit(const struct zoom_range *range, double value) {
     INVARIANT(range->max > range->min);
     return (2 * value - range->min - range->max) / (range->max - range->min);
+}
+
+void zoom_chebyshev(double u, int count, double *value) {
+    INVARIANT(count >= 0 && count <= ZOOM_TERMS_MAX);
+    for (int i = 0; i < count; i++) {
+        value[i] = i == 0 ? 1 : i == 1 ? u : 2 * u * value[i - 1] - value[i - 2];
+    }
 }
 
 double zoom_function_value(const struct zoom_camera *camera, enum zoom_function_name name,
@@ -41,23 +48,40 @@ double zoom_function_value(const struct zoom_camera *camera, enum zoom_function_
     INVARIANT((unsigned)name < ZOOM_FUNCTIONS);
     const struct zoom_function *function = &camera->function[name];
     INVARIANT(function->terms >= 0 && function->terms <= ZOOM_TERMS_MAX);
-    const double u = within(name == ZOOM_FOCAL ? &camera->zoom : &camera->log_focal, argument);
-    double polynomial = 1, next = u, sum = 0;  // Chebyshev's, by their recurrence
+    double polynomial[ZOOM_TERMS_MAX], sum = 0;
+    zoom_chebyshev(
+        zoom_range_unit(name == ZOOM_FOCAL ? &camera->zoom : &camera->log_focal, argument),
+        function->terms, polynomial);
     for (int i = 0; i < function->terms; i++) {
-        sum += function->term[i] * polynomial;
-        const double after = 2 * u * next - polynomial;
-        polynomial = next;
-        next = after;
+        sum += function->term[i] * polynomial[i];
     }
     return sum;
+}
+
+void zoom_values_at(const struct zoom_camera *camera, const struct zoom_camera_state *state,
+                    double f_px, double value[ZOOM_FUNCTIONS]) {
+    INVARIANT(camera->focus.max > camera->focus.min);
+    const double log_focal = math_log(f_px);
+    value[ZOOM_FOCAL] = f_px;
+    for (int name = ZOOM_FOCAL + 1; name < ZOOM_FUNCTIONS; name++) {
+        value[name] = zoom_function_value(camera, (enum zoom_function_name)name, log_focal) +
+                      state->deviation[name];
+    }
+    const double u = zoom_range_unit(&camera->focus, state->focus_counts);
+    value[ZOOM_FOCUS_DIOPTRE] +=
+        camera->focus_dioptre_by_count[0] * u + camera->focus_dioptre_by_count[1] * (2 * u * u - 1);
+}
+
+double zoom_focal_ratio(const struct zoom_camera *camera, const double value[ZOOM_FUNCTIONS]) {
+    INVARIANT(camera->pixel_mm > 0);
+    return 1 - value[ZOOM_FOCAL] * camera->pixel_mm * value[ZOOM_FOCUS_DIOPTRE] / 1000;
 }
 
 // Lens of the whole sensor from the values of its functions.
 static void lens_at(const struct zoom_camera *camera, const double value[ZOOM_FUNCTIONS],
                     struct lens *lens) {
-    INVARIANT(camera->radius_px > 0 && camera->pixel_mm > 0);
-    const double f_px = value[ZOOM_FOCAL];
-    const double F_px = f_px / (1 - f_px * camera->pixel_mm * value[ZOOM_FOCUS_DIOPTRE] / 1000);
+    INVARIANT(camera->radius_px > 0);
+    const double F_px = value[ZOOM_FOCAL] / zoom_focal_ratio(camera, value);
     const double R = camera->radius_px, slope = F_px / R, square = slope * slope;
     *lens = (struct lens){.width_px = camera->width_px,
                           .height_px = camera->height_px,
@@ -72,15 +96,15 @@ static void lens_at(const struct zoom_camera *camera, const double value[ZOOM_FU
                           .p2 = value[ZOOM_TANGENTIAL_2] / R * slope};
 }
 
-static void pose_at(const struct zoom_camera *camera, double pan_rad, double pupil_mm, double R[9],
-                    double position_mm[3]) {
+void zoom_pose_at(const struct zoom_camera *camera, double angle_rad, double pupil_mm, double R[9],
+                  double position_mm[3]) {
     const double *mount = camera->mount;
     const double axis[3] = {mount[ZOOM_AXIS_DIRECTION_X], 1, mount[ZOOM_AXIS_DIRECTION_Z]};
-    INVARIANT(axis[1] == 1 && geometry_norm(axis) >= 1);
-    const double angle_rad = pan_rad * (1 + mount[ZOOM_PAN_SCALE]) / geometry_norm(axis);
+    const double length = geometry_norm(axis);
+    INVARIANT(axis[1] == 1 && length >= 1);
     double turn[3], pan[9], at_zero[9], arm_mm[3], turned_mm[3];
     for (int i = 0; i < 3; i++) {
-        turn[i] = axis[i] * angle_rad;
+        turn[i] = axis[i] * (angle_rad / length);
     }
     geometry_rotation_from_vector(turn, pan);
     geometry_rotation_from_vector(&mount[ZOOM_ROTATION_X], at_zero);
@@ -98,24 +122,18 @@ static void pose_at(const struct zoom_camera *camera, double pan_rad, double pup
 void zoom_pair_at(const struct zoom_camera camera[2], const struct zoom_state *state,
                   struct zoom_pair *pair) {
     for (int side = 0; side < 2; side++) {
-        const struct zoom_camera *at = &camera[side];
-        const double *deviation = state->side[side].deviation;
+        const struct zoom_camera *own = &camera[side];
+        const struct zoom_camera_state *at = &state->side[side];
         double value[ZOOM_FUNCTIONS];
-        value[ZOOM_FOCAL] = zoom_function_value(at, ZOOM_FOCAL, state->side[side].zoom_counts) +
-                            deviation[ZOOM_FOCAL];
-        const double log_focal = math_log(value[ZOOM_FOCAL]);
-        for (int name = ZOOM_FOCAL + 1; name < ZOOM_FUNCTIONS; name++) {
-            value[name] =
-                zoom_function_value(at, (enum zoom_function_name)name, log_focal) + deviation[name];
-        }
-        const double u = within(&at->focus, state->side[side].focus_counts);
-        value[ZOOM_FOCUS_DIOPTRE] +=
-            at->focus_dioptre_by_count[0] * u + at->focus_dioptre_by_count[1] * (2 * u * u - 1);
+        zoom_values_at(
+            own, at,
+            zoom_function_value(own, ZOOM_FOCAL, at->zoom_counts) + at->deviation[ZOOM_FOCAL],
+            value);
         pair->side[side].f_px = value[ZOOM_FOCAL];
         pair->side[side].focus_dioptre = value[ZOOM_FOCUS_DIOPTRE];
-        lens_at(at, value, &pair->side[side].lens);
-        pose_at(at, state->side[side].pan_rad, value[ZOOM_PUPIL],
-                pair->side[side].R_instrument_camera, pair->side[side].position_mm);
+        lens_at(own, value, &pair->side[side].lens);
+        zoom_pose_at(own, at->pan_rad * (1 + own->mount[ZOOM_PAN_SCALE]), value[ZOOM_PUPIL],
+                     pair->side[side].R_instrument_camera, pair->side[side].position_mm);
     }
 }
 

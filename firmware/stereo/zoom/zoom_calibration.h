@@ -124,11 +124,12 @@ struct zoom_calibration {
 
 /// Where the motors are: positions in counts as means of readings, pan as commanded. `deviation` is
 /// added to the functions' values: what is known of this setting beyond the smooth curve; else 0.
+struct zoom_camera_state {
+    double zoom_counts, focus_counts, pan_rad;
+    double deviation[ZOOM_FUNCTIONS];
+};
 struct zoom_state {
-    struct {
-        double zoom_counts, focus_counts, pan_rad;
-        double deviation[ZOOM_FUNCTIONS];
-    } side[2];
+    struct zoom_camera_state side[2];
 };
 
 /// Both cameras at a state, in the instrument's frame.
@@ -147,10 +148,29 @@ struct zoom_pair {
 /// one). Returns their number.
 int zoom_parameter_list(struct zoom_camera camera[2], double *parameter[ZOOM_PARAMETERS_MAX]);
 
+/// u of a value in a range with min < max: -1 at min, 1 at max.
+double zoom_range_unit(const struct zoom_range *range, double value);
+
+/// Chebyshev's polynomials T_0(u) to T_count-1(u), count <= ZOOM_TERMS_MAX.
+void zoom_chebyshev(double u, int count, double *value);
+
 /// Value of a function, 0 <= name < ZOOM_FUNCTIONS: of the zoom position in counts for
 /// ZOOM_FOCAL, else of log f.
 double zoom_function_value(const struct zoom_camera *camera, enum zoom_function_name name,
                            double argument);
+
+/// Values of all functions of one camera at a state where its focal length at infinity is
+/// `f_px` > 0. The solver in calib/ estimates with this and the next two functions.
+void zoom_values_at(const struct zoom_camera *camera, const struct zoom_camera_state *state,
+                    double f_px, double value[ZOOM_FUNCTIONS]);
+
+/// Focal length at infinity divided by the image distance F.
+double zoom_focal_ratio(const struct zoom_camera *camera, const double value[ZOOM_FUNCTIONS]);
+
+/// R_instrument_camera and the entrance pupil, with the mount turned by `angle_rad` (the commanded
+/// pan times 1 + its scale) and the pupil `pupil_mm` forward.
+void zoom_pose_at(const struct zoom_camera *camera, double angle_rad, double pupil_mm, double R[9],
+                  double position_mm[3]);
 
 /// Both cameras at a state. Neither the ranges nor the result are checked.
 void zoom_pair_at(const struct zoom_camera camera[2], const struct zoom_state *state,
