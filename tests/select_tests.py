@@ -89,7 +89,7 @@ EMBEDDED = (".html", ".css", ".js", ".v", ".yaml")
 SCANNED = ("calib", "daemon", "firmware", "fpga", "tools", "tests")
 INCLUDED_FROM = ("", "firmware/", "daemon/", "tools/", "tools/host/", "tests/", "tests/study/", "fpga/")
 # Tests of the tree itself look at every file.
-OF_THE_TREE = r"command/(repo_lint|arrows|readme|removal)_test"
+OF_THE_TREE = r"command/(repo_lint|arrows|removal)_test"
 MANY = 150
 LONG_S = 60
 
@@ -234,6 +234,13 @@ def folder_words(path):
     return None
 
 
+def names_in_python(path):
+    """How a test in Python names a file other than a source: "board.yaml", or "tools" / "demo"."""
+    name = re.escape(pathlib.PurePosixPath(path).name)
+    folder = re.escape(pathlib.PurePosixPath(path).parent.name)
+    return rf"[\"'/ ]{name}[\"'/ ]" if "." in name else rf"[\"'/]{folder}[\"'/, ]+{name}\b"
+
+
 def reason_in_python(test, paths):
     """Why the change of `paths` can break a test in Python, or nothing."""
     modules = test.modules()
@@ -242,8 +249,7 @@ def reason_in_python(test, paths):
             return path
     own = read(modules[0])
     for path in paths:
-        if path in own or (not path.endswith(SOURCE) and re.search(
-                rf"[\"'/ ]{re.escape(pathlib.PurePosixPath(path).name)}[\"'/ ]", own)):
+        if path in own or (not path.endswith(SOURCE) and re.search(names_in_python(path), own)):
             return path
     text = "".join(read(path) for path in modules)
     used = [variable for variable in PROGRAMS if re.search(rf"\b{variable}\b", text)]
@@ -286,6 +292,8 @@ def reasons(build, paths):
             found[test.name] = "any file"
         elif test.script():
             reason = reason_in_python(test, paths)
+            if test.name == "command/readme_test":  # reads the READMEs and runs the tools
+                reason = next((path for path in paths if path.endswith(".md") or path.startswith("tools/")), reason)
             if reason:
                 found[test.name] = reason
         else:
