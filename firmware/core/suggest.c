@@ -11,6 +11,7 @@ enum { WRONG_MAX = 2, BEGIN_LETTERS = 3, PREFIX_MAX = 2 };
 /// Levenshtein's distance, row by row: letters to change, insert or delete.
 static int edit_distance(const char *word, size_t length, const char *other, size_t columns) {
     int row[SUGGEST_WORD_MAX + 1];
+    INVARIANT(length <= SUGGEST_WORD_MAX && columns <= SUGGEST_WORD_MAX);
     for (size_t j = 0; j <= columns; j++) {
         row[j] = (int)j;
     }
@@ -51,6 +52,7 @@ static void consider(struct suggest *self, const char *word, size_t length) {
     }
     self->distance = distance;
     char *at = self->text;
+    INVARIANT(strlen(self->prefix) <= PREFIX_MAX && length <= SUGGEST_WORD_MAX);
     memcpy(at, before, sizeof before - 1);
     at += sizeof before - 1;
     memcpy(at, self->prefix, strlen(self->prefix));
