@@ -53,7 +53,7 @@ WORDS = {
     "daemon/board": "board_check|update|flash",
     "daemon/client": "client|socket|network",
     "daemon/commands": "console|command",
-    "daemon/files": "files|room",
+    "daemon/files": "files|free.space",
     "daemon/images": "view|capture",
     "daemon/install": "install|service",
     "daemon/server": "server/",
