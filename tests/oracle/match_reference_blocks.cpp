@@ -206,7 +206,8 @@ bool is_hidden(const Answer &answer, int x, int y) {
     }
     const double step_px =
         (answer.disparity_q8.at(after, y) - answer.disparity_q8.at(before, y)) / 256.0;
-    return step_px >= int{TUNE_HIDDEN_STEP_PX} && after - before - 1 <= 1.5 * step_px;
+    return step_px >= int{TUNE_HIDDEN_STEP_PX} &&
+           after - before - 1 <= int{TUNE_HIDDEN_WIDTH} / 2.0 * step_px;
 }
 
 Pixels pixels_of(const Answer &answer) {

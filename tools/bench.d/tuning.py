@@ -27,7 +27,8 @@ FLAGS = ["gcc", "-std=c11", "-O2", "-ffp-contract=off"]
 LEVELS = {"kernels_avx2.c": ["-mavx2"], "kernels_sse41.c": ["-msse4.1"]}
 NUMBER = re.compile(r"^( *TUNE_(\w+) = )(\d+),( *// [^|\n]*?)(?: *\| .*)?$", re.MULTILINE)
 # Not measured here: other presets, sizes that others must divide, and what takes the memory.
-OTHERS = re.compile(r"PAPER|REPEAT|CONTRAST_COLUMNS|SEARCH_ALL|SLOPE_(AROUND|STEP)$|ROW_STEP|WINDOW")
+OTHERS = re.compile(r"TILES_BETWEEN|BANDS_EACH|PAPER|REPEAT|CONTRAST_COLUMNS|SEARCH_ALL|"
+                    r"SLOPE_(AROUND|STEP)$|ROW_STEP|WINDOW")
 NEVER, HIGHEST = 1 << 20, 255
 RULES = {  # name: the numbers that turn it off
     "contrast": {"CONTRAST_MIN": 0}, "margin": {"MARGIN_MIN": 0, "MARGIN_LEAST": 0},

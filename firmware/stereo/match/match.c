@@ -80,13 +80,11 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
 }
 
 uint64_t match_work(int width, int height, const struct match_options *options) {
-    // A pixel of the greedy path takes as long as this many disparities (measured on aloe).
-    enum { GREEDY_LANES = 240 };
     if (height < 1 || height > IMAGE_MAX_SIDE_PX || match_need_bytes(width, options, 1) == 0) {
         return 0;
     }
     if (options->preset == MATCH_PRESET_PAPER) {
-        return (uint64_t)GREEDY_LANES * (uint64_t)width * (uint64_t)height;
+        return (uint64_t)TUNE_PAPER_LANES * (uint64_t)width * (uint64_t)height;
     }
     struct match_state state;
     set_state(&state, width, height, options, 1);

@@ -19,7 +19,7 @@
 // Bands of a batch: as many for each thread. With one thread one is enough.
 static int bands_of_batch(int threads) {
     const int each = MATCH_MAX_BATCH / threads;
-    return threads == 1 ? 1 : threads * (each < 4 ? each : 4);
+    return threads == 1 ? 1 : threads * (each < TUNE_BANDS_EACH ? each : TUNE_BANDS_EACH);
 }
 
 // Whether all tiles of all bands search the same disparities.
@@ -275,10 +275,9 @@ static int rows_together(const struct match_band *band, int y, int end) {
 static void average_columns(struct batch *batch, int i, struct match_scratch *scratch) {
     // The band above is so many tiles ahead: processors fetch ahead of what they read, and close
     // behind it they would take lines of the cache that its thread is still writing.
-    enum { TILES_BETWEEN = 4 };
     struct match_level *level = batch->level;
     for (int t = 0; t < level->tiles; t++) {
-        const int after = t + 1 + TILES_BETWEEN;
+        const int after = t + 1 + TUNE_TILES_BETWEEN;
         wait_for(batch, i - 1, after < level->tiles ? after : level->tiles);
         level->state->options.kernels->columns(level, scratch, t, t + 1);
         atomic_store(&batch->done[i], t + 1);

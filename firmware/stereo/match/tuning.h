@@ -83,6 +83,7 @@ enum {
     TUNE_BALANCED = 5,              // 1/n: the same, noise taken off both, for blocks without texture
     TUNE_STRONG_SIGNAL = 128,       // times the energy of noise: strong slopes
     TUNE_HIDDEN_STEP_PX = 4,        // px: pixels before an object as far in front are not visible to both cameras
+    TUNE_HIDDEN_WIDTH = 3,          // 1/2 of the step: as many such pixels at most
     TUNE_TEXTURED_NEAR = 3,         // of 9 blocks: texture next to a block
     TUNE_SHARE_REACHED = 153,       // 1/255: accepted pixels of one of 25 blocks, with texture next to it
     TUNE_TEXTURED_FAR = 12,         // of 49 blocks: some texture around
@@ -106,6 +107,10 @@ enum {
     TUNE_ISLAND_PX = 60,            // pixels: smaller islands are rejected (default of match_options)
     TUNE_ISLAND_STEP = 512,         // 1/256 px: neighbours of one island differ by less
     TUNE_ROW_STEP = 256,            // 1/256 px: rows between those of the preset fast are interpolated up to this step
+    // Time, not results (schedule.c, match.c).
+    TUNE_TILES_BETWEEN = 4,         // tiles that the band above is ahead, so that no thread reads what another writes
+    TUNE_BANDS_EACH = 4,            // bands of a thread between two points where all wait, at most
+    TUNE_PAPER_LANES = 240,         // disparities that take as long as a pixel of the preset paper
     // Repetitive texture (repeats.c).
     TUNE_REPEAT_WINDOW_PX = 24,     // px compared, at least
     TUNE_REPEAT_WINDOW = 3,         // 1/2 of a period compared

@@ -307,10 +307,10 @@ static void classify_texture(const struct block_check *check, const struct part 
 }
 
 // Whether the pixels between two accepted ones, the second of which is in front by a step, are
-// hidden from the right camera: they are not wider than 3/2 of it.
+// hidden from the right camera: they are not much wider than it.
 static bool is_hidden_gap(int32_t step_q8, int between) {
     return step_q8 >= TUNE_HIDDEN_STEP_PX * DISPARITY_ONE &&
-           2 * between * DISPARITY_ONE <= 3 * step_q8;
+           2 * between * DISPARITY_ONE <= TUNE_HIDDEN_WIDTH * step_q8;
 }
 
 static void count_pixels(const struct match_output *output, int y, struct block *blocks) {
