@@ -108,3 +108,30 @@ void command_store(const struct command_argument *arguments, unsigned count,
         }
     }
 }
+
+int commands_region(const struct command_call *call, const struct command_value *value, int min_px,
+                    int max_px, struct rig_rectangle *region_px) {
+    uint16_t parts[4];
+    *region_px = (struct rig_rectangle){.width_px = 0};
+    if (!value->given) {
+        return ERROR_OK;
+    }
+    for (int i = 0; i < 4; i++) {
+        const double number = value->numbers[i];
+        INVARIANT(number >= 0 && number <= UINT16_MAX);
+        if (i >= 2 && (number < min_px || number > max_px)) {
+            struct command_text sentence = commands_sentence(call);
+            command_text_add(&sentence, "region: W and H of ");
+            command_text_add_typed(&sentence, value->text);
+            command_text_add(&sentence, " are out of range (expected ");
+            command_text_add_integer(&sentence, min_px);
+            command_text_add(&sentence, " to ");
+            command_text_add_integer(&sentence, max_px);
+            command_text_add(&sentence, " px)");
+            return ERROR_RANGE;
+        }
+        parts[i] = (uint16_t)(number / 2) * 2;  // of whole groups of the colour filter
+    }
+    *region_px = (struct rig_rectangle){parts[0], parts[1], parts[2], parts[3]};
+    return ERROR_OK;
+}

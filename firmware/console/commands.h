@@ -39,9 +39,11 @@ int commands_selftest_run(const struct command_call *call);
 int commands_aim_pan(const struct command_call *call);
 
 /// Show or move an axis. Arguments POSITION, side and those of the axis.
-int commands_lens_zoom(const struct command_call *call);
-int commands_lens_focus(const struct command_call *call);
-int commands_lens_iris(const struct command_call *call);
+int commands_axis_zoom(const struct command_call *call);
+int commands_axis_iris(const struct command_call *call);
+int commands_focus_run(const struct command_call *call);
+/// The same for one axis of the lenses.
+int commands_axis_run(const struct command_call *call, enum lens_axis axis);
 int commands_lens_run(const struct command_call *call);
 /// Units of POSITION; the indexes are those of enum commands_lens_unit.
 #define COMMANDS_ZOOM_UNITS "counts x mm"
@@ -50,7 +52,7 @@ int commands_lens_run(const struct command_call *call);
 /// What the command lens does.
 #define COMMANDS_LENS_ACTIONS "status learned forget"
 /// The sides meant by a side option: if none was named, all that have a lens.
-int commands_lens_sides(const struct command_call *call, const struct command_value *side,
+int commands_axis_sides(const struct command_call *call, const struct command_value *side,
                         unsigned *sides);
 /// Adds what a position of a lens means in mm, x or f-number, where that is known; and a distance,
 /// which may be infinite.
@@ -58,19 +60,15 @@ void commands_lens_meaning(const struct command_call *call, unsigned side, enum 
                            int32_t position);
 void commands_lens_distance(const struct command_call *call, const char *key, double distance_mm);
 
-int commands_camera_exposure(const struct command_call *call);
-int commands_camera_gain(const struct command_call *call);
-int commands_camera_window(const struct command_call *call);
+int commands_exposure_run(const struct command_call *call);
+int commands_exposure_gain(const struct command_call *call);
+int commands_window_run(const struct command_call *call);
 
 /// Reads an option X,Y,W,H in px, with W and H from `min_px` to `max_px`; `*region_px` has no width
 /// if it was not given. 0, or ERROR_RANGE with a message.
 int commands_region(const struct command_call *call, const struct command_value *value, int min_px,
                     int max_px, struct rig_rectangle *region_px);
 int commands_focus_auto(const struct command_call *call);
-/// The sides of these whose camera has a focus control of its own.
-unsigned commands_focus_controls(const struct command_call *call, unsigned sides);
-/// As commands_lens_focus, for such sides.
-int commands_focus_control(const struct command_call *call, unsigned sides);
 int commands_exposure_auto(const struct command_call *call);
 
 int commands_registers_run(const struct command_call *call);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Command autoexpose.
+// Commands exposure, gain and autoexpose.
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
@@ -156,6 +156,51 @@ int commands_exposure_auto(const struct command_call *call) {
     }
     if (error == 0) {
         put_notes(call, &request, &result);
+    }
+    return error;
+}
+
+// ---- exposure and gain
+
+// 0: never set here, so the camera decides.
+static void show_setting(const struct command_call *call, unsigned side, double value, int decimals,
+                 const char *unit) {
+    if (value == 0) {
+        reply_text(call, commands_side_name(side), "not set");
+    } else {
+        reply_number(call, commands_side_name(side), value, decimals, unit);
+    }
+}
+
+int commands_exposure_run(const struct command_call *call) {
+    const unsigned sides = commands_sides(&call->values[1]);
+    uint32_t applied_us = 0;
+    int error = 0;
+    if (call->values[0].given) {
+        INVARIANT(call->values[0].integer > 0 && call->values[0].integer <= UINT32_MAX);
+        error = rig_exposure(call->rig, sides, (uint32_t)call->values[0].integer, &applied_us);
+    }
+    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+        if ((sides >> side & 1) != 0) {
+            show_setting(call, side, call->rig->camera[side].exposure_us, 0, "us");
+        }
+    }
+    return error;
+}
+
+int commands_exposure_gain(const struct command_call *call) {
+    const unsigned sides = commands_sides(&call->values[1]);
+    int error = 0;
+    if (call->values[0].given) {
+        const double gain_q3 = call->values[0].number * 8 + 0.5;
+        INVARIANT(gain_q3 > 0 && gain_q3 <= UINT16_MAX);
+        uint16_t applied_q3 = 0;
+        error = rig_gain(call->rig, sides, (uint16_t)gain_q3, &applied_q3);
+    }
+    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+        if ((sides >> side & 1) != 0) {
+            show_setting(call, side, call->rig->camera[side].gain_q3 / 8.0, 3, NULL);
+        }
     }
     return error;
 }

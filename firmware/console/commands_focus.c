@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands that find a setting by pictures: autofocus.
+// Commands focus, of a camera with a focus control of its own or a lens, and autofocus.
 #include <math.h>
 
 #include "console/commands.h"
@@ -19,6 +19,7 @@ enum {
     AUTOFOCUS_WHOLE,
     AUTOFOCUS_CURVE
 };
+enum { FOCUS_POSITION, FOCUS_SIDE };  // of `focus`
 enum { ADVICE_BYTES = 256 };
 
 // Farther away, a count of the ring or of its data sheet is much of the distance.
@@ -26,33 +27,6 @@ static const double far_mm_min = 5000;
 // Lenses whose peaks differ by more than this, less than once in a thousand by their data sheets
 // alone, are focused on two things; and by this blur, as it would not matter else.
 static const double other_counts = 3 * 1.41 * LENS_PRIOR_Q4 / 16, other_px = 2;
-
-int commands_region(const struct command_call *call, const struct command_value *value, int min_px,
-                    int max_px, struct rig_rectangle *region_px) {
-    uint16_t parts[4];
-    *region_px = (struct rig_rectangle){.width_px = 0};
-    if (!value->given) {
-        return ERROR_OK;
-    }
-    for (int i = 0; i < 4; i++) {
-        const double number = value->numbers[i];
-        INVARIANT(number >= 0 && number <= UINT16_MAX);
-        if (i >= 2 && (number < min_px || number > max_px)) {
-            struct command_text sentence = commands_sentence(call);
-            command_text_add(&sentence, "region: W and H of ");
-            command_text_add_typed(&sentence, value->text);
-            command_text_add(&sentence, " are out of range (expected ");
-            command_text_add_integer(&sentence, min_px);
-            command_text_add(&sentence, " to ");
-            command_text_add_integer(&sentence, max_px);
-            command_text_add(&sentence, " px)");
-            return ERROR_RANGE;
-        }
-        parts[i] = (uint16_t)(number / 2) * 2;  // of whole groups of the colour filter
-    }
-    *region_px = (struct rig_rectangle){parts[0], parts[1], parts[2], parts[3]};
-    return ERROR_OK;
-}
 
 // What a verdict means for a script.
 static int error_of(enum focus_verdict verdict) {
@@ -261,7 +235,8 @@ int commands_focus_auto(const struct command_call *call) {
 
 // ---- cameras with a focus control of their own
 
-unsigned commands_focus_controls(const struct command_call *call, unsigned sides) {
+// The sides of these whose camera has a focus control of its own.
+static unsigned controls_of(const struct command_call *call, unsigned sides) {
     unsigned controls = 0;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0 && focus_mover_steps(call->rig, side) > 0) {
@@ -273,8 +248,8 @@ unsigned commands_focus_controls(const struct command_call *call, unsigned sides
 
 // The step that POSITION means.
 static int step_of(const struct command_call *call, unsigned side, double *step) {
-    enum { VALUE_POSITION, UNIT_COUNTS = 0 };
-    const struct command_value *value = &call->values[VALUE_POSITION];
+    enum { UNIT_COUNTS = 0 };
+    const struct command_value *value = &call->values[FOCUS_POSITION];
     const unsigned steps = focus_mover_steps(call->rig, side);
     const bool is_known = value->choice >= 0 || value->unit == UNIT_COUNTS;
     *step = value->choice >= 0 ? 0 : (double)value->integer;  // the farthest one for infinity
@@ -296,8 +271,8 @@ static int step_of(const struct command_call *call, unsigned side, double *step)
     return ERROR_RANGE;
 }
 
-int commands_focus_control(const struct command_call *call, unsigned sides) {
-    const bool moves = call->values[0].given;
+static int run_control(const struct command_call *call, unsigned sides) {
+    const bool moves = call->values[FOCUS_POSITION].given;
     double target[RIG_SIDES] = {0, 0};
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK && moves; side++) {
@@ -317,4 +292,16 @@ int commands_focus_control(const struct command_call *call, unsigned sides) {
         }
     }
     return error;
+}
+
+int commands_focus_run(const struct command_call *call) {
+    const unsigned sides = commands_sides(&call->values[FOCUS_SIDE]);
+    const unsigned controls = controls_of(call, sides);
+    // If no side was named, those that have a lens are meant first, as by the other commands.
+    const bool all =
+        !call->values[FOCUS_SIDE].given && !rig_has_lens(&call->rig->profile, RIG_LEFT);
+    if (controls != 0 && (controls == sides || all)) {
+        return run_control(call, controls);
+    }
+    return commands_axis_run(call, LENS_FOCUS);
 }

@@ -1,405 +1,204 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands for the axes of the lenses: zoom, focus, iris.
-#include <math.h>
-
+// The command lens: what the positions of the lenses mean, and what was learned about them.
 #include "console/commands.h"
+#include "console/lens_table_text.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "core/math.h"
-#include "rig/auto/iris_learn.h"
-#include "rig/lens_move.h"
+#include "rig/base/rig_clock.h"
 #include "rig/rig_optics.h"
 
-enum { VALUE_POSITION, VALUE_SIDE, VALUE_SHARP };
+enum { STATUS, LEARNED, FORGET };
+enum { VALUE_ACTION, VALUE_SIDE, VALUE_FOCUS, VALUE_IRIS, VALUE_OBJECT };
+enum { READINGS = 8 };
 
-/// Index of "x" in COMMANDS_ZOOM_UNITS.
-enum { UNIT_COUNTS, UNIT_X };
+static const double q4 = 16, us_per_s = 1e6;
 
-int commands_lens_sides(const struct command_call *call, const struct command_value *side_value,
-                        unsigned *sides) {
-    const struct rig_profile *profile = &call->rig->profile;
-    *sides = commands_sides(side_value);
-    for (unsigned side = 0; side < RIG_SIDES; side++) {
-        if ((*sides >> side & 1) != 0 && !rig_has_lens(profile, side)) {
-            if (!side_value->given && rig_has_lens(profile, RIG_LEFT)) {
-                *sides &= ~(1U << side);
-                continue;
-            }
-            struct command_text sentence = commands_sentence(call);
-            command_text_join(&sentence, "no motorized lens on the ", commands_side_name(side));
-            return ERROR_NOT_CONNECTED;
-        }
+// ---- status
+
+/// Where the meaning of an axis comes from.
+static void put_knowledge(const struct command_call *call, unsigned side, enum lens_axis axis) {
+    static const enum rig_optics_relation relations[LENS_AXES] = {
+        RIG_OPTICS_FOCAL_LENGTH, RIG_OPTICS_DISTANCE, RIG_OPTICS_F_NUMBER};
+    const struct lens_learned *learned = &call->rig->camera[side].lens.learned;
+    const uint32_t points = axis == LENS_FOCUS  ? learned->focus.count
+                            : axis == LENS_IRIS ? learned->iris.count
+                                                : 0;
+    reply_text(call, "known",
+               points > 0                                               ? "learned"
+               : rig_optics_missing(call->rig, relations[axis]) == NULL ? "data sheet"
+                                                                        : "no");
+    if (points > 0) {
+        reply_number(call, "points", points, 0, NULL);
     }
-    return 0;
 }
 
-// ---- the position that was typed
-
-/// Writes `zoom: POSITION 12x is out of range (expected for the left lens: ` and returns the text.
-static struct command_text begin_out_of_range(const struct command_call *call, unsigned side,
-                                              enum lens_axis axis) {
-    struct command_text sentence = commands_sentence(call);
-    command_text_join(&sentence, lens_axis_names[axis], ": POSITION ");
-    command_text_add_typed(&sentence, call->values[VALUE_POSITION].text);
-    command_text_join(&sentence, " is out of range (expected for the ", commands_side_name(side),
-                      " lens: ");
-    return sentence;
+static void put_axis(const struct command_call *call, unsigned side, enum lens_axis axis,
+                     const struct lens_mean *mean) {
+    const struct lens_axis_settings *settings = &call->rig->profile.lens.axis[axis];
+    reply_group_begin(call, lens_axis_names[axis], false);
+    reply_number(call, "position", mean->position_q4 / q4, 2, "counts");
+    reply_number(call, "sigma", mean->sigma_q4 / q4, 2, "counts");
+    reply_number(call, "min", settings->min, 0, "counts");
+    reply_number(call, "max", settings->max, 0, "counts");
+    commands_lens_meaning(call, side, axis, lens_mean_counts(mean));
+    put_knowledge(call, side, axis);
+    reply_group_end(call);
 }
 
-static int check_counts(const struct command_call *call, unsigned side, enum lens_axis axis,
-                        int32_t *position) {
-    struct lens_limits limits;
-    const int error = rig_lens_limits(call->rig, side, axis, &limits);
+/// Blur and depth of field, where they are known.
+static void put_blur(const struct command_call *call, unsigned side,
+                     const struct lens_mean *focus) {
+    const struct rig *rig = call->rig;
+    double distance_mm = 0;
+    double per_count_px = 0, near_mm = 0, far_mm = 0, blur_px = 0, diffraction_px = 0;
+    if (rig_optics_blur_per_count(rig, side, &per_count_px) != 0 ||
+        rig_optics_distance_at(rig, side, lens_mean_counts(focus), &distance_mm) != 0 ||
+        rig_optics_sharp_range(rig, side, distance_mm, RIG_OPTICS_SHARP_PX, &near_mm, &far_mm) !=
+            0 ||
+        rig_optics_blur_at(rig, side, near_mm, &blur_px, &diffraction_px) != 0) {
+        return;
+    }
+    reply_number(call, "blur_per_count", per_count_px, 3, "px");
+    reply_number(call, "diffraction", diffraction_px, 2, "px");
+    commands_lens_distance(call, "sharp_near", near_mm);
+    commands_lens_distance(call, "sharp_far", far_mm);
+}
+
+static void put_last_focus(const struct command_call *call, unsigned side) {
+    const struct rig_lens *lens = &call->rig->camera[side].lens;
+    const uint64_t now_us = rig_now_us(call->rig);
+    int32_t position = 0, half_range = 0;
+    if (lens->focused_us != 0 && now_us >= lens->focused_us) {
+        reply_group_begin(call, "autofocus", false);
+        reply_number(call, "position", lens->focused_q4 / q4, 2, "counts");
+        reply_number(call, "last", (double)(now_us - lens->focused_us) / us_per_s, 1, "s ago");
+        reply_group_end(call);
+    }
+    if (rig_optics_focus_prediction(call->rig, side, &position, &half_range) == 0) {
+        reply_group_begin(call, "prediction", false);
+        reply_number(call, "position", position, 0, "counts");
+        reply_number(call, "half_range", half_range, 0, "counts");
+        reply_group_end(call);
+    }
+}
+
+static int put_status(const struct command_call *call, unsigned side) {
+    struct lens_mean means[LENS_AXES];
+    const int error = rig_lens_read_mean(call->rig, side, READINGS, means);
     if (error != 0) {
         return error;
     }
-    const int64_t typed = call->values[VALUE_POSITION].integer;
-    if (typed >= limits.min && typed <= limits.max) {
-        *position = (int32_t)typed;
-        return 0;
-    }
-    struct command_text sentence = begin_out_of_range(call, side, axis);
-    command_text_add_integer(&sentence, limits.min);
-    command_text_add(&sentence, " to ");
-    command_text_add_integer(&sentence, limits.max);
-    command_text_add(&sentence, " counts)");
-    return ERROR_RANGE;
-}
-
-/// Adds the range of a lens in the unit that was typed.
-static void add_range(const struct command_call *call, unsigned side, enum lens_axis axis,
-                      struct command_text *sentence) {
-    const struct lens_axis_settings *settings = &call->rig->profile.lens.axis[axis];
-    double low = 0, high = 0, scale = 1;
-    int error = 0;
-    if (axis == LENS_ZOOM) {
-        error = rig_optics_focal_length(call->rig, side, settings->min, &low);
-        error = error == 0 ? rig_optics_focal_length(call->rig, side, settings->max, &high) : error;
-        scale = call->values[VALUE_POSITION].unit == UNIT_X ? low : 1;
-        command_text_add_number(sentence, low / scale, 2);
-        command_text_add(sentence, " to ");
-        command_text_add_number(sentence, high / scale, 2);
-        command_text_add(sentence, call->values[VALUE_POSITION].unit == UNIT_X ? "x)" : " mm)");
-    } else if (axis == LENS_FOCUS) {
-        error = rig_optics_distance_at(call->rig, side, settings->max, &low);
-        command_text_add(sentence, "at least ");
-        command_text_add_number(sentence, low, 0);
-        command_text_add(sentence, " mm)");
-    } else {
-        error = rig_optics_f_number(call->rig, side, settings->max, &low);
-        error = error == 0 ? rig_optics_f_number(call->rig, side, settings->min, &high) : error;
-        command_text_add(sentence, "f/");
-        command_text_add_number(sentence, low, 1);
-        command_text_add(sentence, " to f/");
-        command_text_add_number(sentence, high, 1);
-        command_text_add(sentence, ")");
-    }
-    INVARIANT(error == 0);
-}
-
-/// Explains why a relation gave no position.
-static int refuse_relation(const struct command_call *call, unsigned side, enum lens_axis axis,
-                           int error) {
-    static const enum rig_optics_relation relations[LENS_AXES] = {
-        RIG_OPTICS_FOCAL_LENGTH, RIG_OPTICS_DISTANCE, RIG_OPTICS_F_NUMBER};
-    static const char *const names[LENS_AXES] = {"the focal lengths", "the focus distances",
-                                                 "the f-numbers"};
-    if (error == ERROR_MISSING) {
-        struct command_text sentence = commands_sentence(call);
-        command_text_join(&sentence, lens_axis_names[axis], ": ", names[axis],
-                          " of this lens are not known (set ",
-                          rig_optics_missing(call->rig, relations[axis]), ", or use counts)");
-    } else if (error == ERROR_RANGE) {
-        struct command_text sentence = begin_out_of_range(call, side, axis);
-        add_range(call, side, axis, &sentence);
-    }
-    return error;
-}
-
-/// The position that POSITION means for a lens.
-static int target_of(const struct command_call *call, unsigned side, enum lens_axis axis,
-                     int32_t *position) {
-    const struct command_value *value = &call->values[VALUE_POSITION];
-    const struct rig *rig = call->rig;
-    double number = value->number;
-    int error = 0;
-    if (value->choice < 0 && value->unit == UNIT_COUNTS) {
-        return check_counts(call, side, axis, position);
-    }
-    if (axis == LENS_ZOOM) {
-        double wide_mm = 1;
-        error = value->unit == UNIT_X ? rig_optics_wide(rig, side, &wide_mm) : 0;
-        error = error == 0 ? rig_optics_zoom_for(rig, side, number * wide_mm, position) : error;
-    } else if (axis == LENS_FOCUS) {
-        number = value->choice >= 0 ? (double)INFINITY : number;
-        error = rig_optics_focus_for(rig, side, number, position);
-    } else {
-        error = rig_optics_iris_for(rig, side, number, position);
-    }
-    return error == 0 ? 0 : refuse_relation(call, side, axis, error);
-}
-
-// ---- showing
-
-void commands_lens_meaning(const struct command_call *call, unsigned side, enum lens_axis axis,
-                           int32_t position) {
-    const struct rig *rig = call->rig;
-    double value = 0, wide_mm = 0;
-    if (axis == LENS_ZOOM) {
-        if (rig_optics_focal_length(rig, side, position, &value) == 0 &&
-            rig_optics_wide(rig, side, &wide_mm) == 0) {
-            reply_number(call, "focal_length", value, 2, "mm");
-            reply_number(call, "magnification", value / wide_mm, 2, "x");
+    reply_group_begin(call, commands_side_name(side), false);
+    for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+        if (rig_has_axis(&call->rig->profile, side, (enum lens_axis)axis)) {
+            put_axis(call, side, (enum lens_axis)axis, &means[axis]);
         }
-    } else if (axis == LENS_FOCUS) {
-        if (rig_optics_distance_at(rig, side, position, &value) == 0) {
-            commands_lens_distance(call, "distance", value);
-        }
-    } else if (rig_optics_f_number(rig, side, position, &value) == 0) {
-        reply_number(call, "f_number", value, 2, "f/");
     }
+    put_blur(call, side, &means[LENS_FOCUS]);
+    put_last_focus(call, side);
+    reply_group_end(call);
+    return 0;
 }
 
-void commands_lens_distance(const struct command_call *call, const char *key, double distance_mm) {
-    if (isinf(distance_mm) || distance_mm > 1e6) {
-        reply_text(call, key, "infinity");
-    } else {
-        reply_number(call, key, distance_mm, 1, "mm");
-    }
+// ---- what was learned
+
+static void put_learned(const struct command_call *call, unsigned side) {
+    char bytes[LENS_TABLE_TEXT_BYTES];
+    const struct lens_learned *learned = &call->rig->camera[side].lens.learned;
+    reply_group_begin(call, commands_side_name(side), false);
+    struct command_text text = command_text_begin(bytes, sizeof bytes);
+    lens_table_print(LENS_TABLE_FOCUS, &learned->focus, &text);
+    reply_text(call, "focus", bytes);
+    text = command_text_begin(bytes, sizeof bytes);
+    lens_table_print(LENS_TABLE_IRIS, &learned->iris, &text);
+    reply_text(call, "iris", bytes);
+    reply_group_end(call);
 }
 
-/// Adds a note where a lens was sent to a target that it cannot approach from its side.
-static void put_play(const struct command_call *call, enum lens_axis axis, int32_t target) {
-    const struct lens_axis_settings *settings = &call->rig->profile.lens.axis[axis];
-    if (target == INT32_MIN || lens_move_has_room(settings, target)) {
-        return;
-    }
-    reply_text(call, "note",
-               settings->approach == LENS_FROM_BELOW
-                   ? "too close to the lower limit for an approach from below: the motor's play "
-                     "remains"
-                   : "too close to the upper limit for an approach from above: the motor's play "
-                     "remains");
-    reply_number(call, "play", settings->backlash_counts, 0, "counts");
+static int refuse_table(const struct command_call *call, const char *option, const char *expected) {
+    struct command_text sentence = commands_sentence(call);
+    command_text_join(&sentence, "lens: invalid ", option, "= (expected ", expected, ", or none)");
+    return ERROR_SYNTAX;
 }
 
-/// `target`: where it was sent, INT32_MIN: nowhere.
-static int put_axis(const struct command_call *call, unsigned side, enum lens_axis axis,
-                    int32_t target) {
-    struct lens_mean means[LENS_AXES];
-    struct lens_limits limits;
-    int error = rig_lens_read_mean(call->rig, side, RIG_LENS_READINGS, means);
-    if (error == 0) {
-        error = rig_lens_limits(call->rig, side, axis, &limits);
+/// Takes the tables that are given.
+static int take_tables(const struct command_call *call, struct lens_learned *learned,
+                       struct lens_object *object) {
+    const struct command_value *values = call->values;
+    if (values[VALUE_FOCUS].given &&
+        !lens_table_parse(LENS_TABLE_FOCUS, values[VALUE_FOCUS].text, &learned->focus)) {
+        return refuse_table(call, "focus", "ZOOM:DEVIATION:SIGMA:TIMES,... ascending, at most 16");
     }
-    if (error == 0) {
-        reply_number(call, "position", means[axis].position_q4 / 16.0, 2, "counts");
-        reply_number(call, "min", limits.min, 0, "counts");
-        reply_number(call, "max", limits.max, 0, "counts");
-        commands_lens_meaning(call, side, axis, lens_mean_counts(&means[axis]));
-        put_play(call, axis, target);
+    if (values[VALUE_IRIS].given &&
+        !lens_table_parse(LENS_TABLE_IRIS, values[VALUE_IRIS].text, &learned->iris)) {
+        return refuse_table(call, "iris", "IRIS:RATIO:SIGMA:TIMES,... ascending, at most 16");
     }
-    return error;
+    return !values[VALUE_OBJECT].given || lens_object_parse(values[VALUE_OBJECT].text, object)
+               ? 0
+               : refuse_table(call, "object", "FOCUS:SIGMA");
 }
 
-// ---- moving
-
-/// Moves the lenses `sides` to their targets, both at once if these are equal.
-static int move_to(const struct command_call *call, unsigned sides, enum lens_axis axis,
-                   const int32_t targets[RIG_SIDES]) {
-    if (sides == 3 && targets[RIG_LEFT] == targets[RIG_RIGHT]) {
-        return rig_lens_move_to(call->rig, sides, axis, targets[RIG_LEFT]);
-    }
+/// Replaces the tables that are given.
+static int set_learned(const struct command_call *call, unsigned sides) {
+    struct rig *rig = call->rig;
+    struct lens_learned read[RIG_SIDES];
+    struct lens_object object = rig->object;
     int error = 0;
     for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
-        if ((sides >> side & 1) != 0) {
-            error = rig_lens_move_to(call->rig, 1U << side, axis, targets[side]);
-        }
+        read[side] = rig->camera[side].lens.learned;
+        error = (sides >> side & 1) != 0 ? take_tables(call, &read[side], &object) : 0;
     }
+    for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
+        rig->camera[side].lens.learned = read[side];
+    }
+    rig->object = object;
     return error;
 }
 
-static int run_axis(const struct command_call *call, enum lens_axis axis) {
-    int32_t targets[RIG_SIDES] = {INT32_MIN, INT32_MIN};
-    unsigned sides = 0;
-    int error = commands_lens_sides(call, &call->values[VALUE_SIDE], &sides);
-    INVARIANT(error != 0 || sides != 0);
-    if (error == 0 && call->values[VALUE_POSITION].given) {
-        for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
-            error = (sides >> side & 1) != 0 ? target_of(call, side, axis, &targets[side]) : 0;
+static void forget(const struct command_call *call, unsigned sides) {
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if ((sides >> side & 1) != 0) {
+            call->rig->camera[side].lens.learned = (struct lens_learned){.focus = {.count = 0}};
         }
-        error = error == 0 ? move_to(call, sides, axis, targets) : error;
     }
+    call->rig->object = (struct lens_object){.known = false};
+}
+
+static int show_status(const struct command_call *call, unsigned sides) {
+    int error = call->rig->state == RIG_READY ? 0 : commands_not_ready(call, "lens status");
     for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
-        if ((sides >> side & 1) != 0) {
-            reply_group_begin(call, commands_side_name(side), false);
-            error = put_axis(call, side, axis, targets[side]);
-            reply_group_end(call);
-        }
+        error = (sides >> side & 1) != 0 ? put_status(call, side) : 0;
     }
     return error;
 }
 
-int commands_lens_zoom(const struct command_call *call) {
-    return run_axis(call, LENS_ZOOM);
-}
-
-int commands_lens_focus(const struct command_call *call) {
-    const unsigned sides = commands_sides(&call->values[VALUE_SIDE]);
-    const unsigned controls = commands_focus_controls(call, sides);
-    // If no side was named, those that have a lens are meant first, as by the other commands.
-    const bool all =
-        !call->values[VALUE_SIDE].given && !rig_has_lens(&call->rig->profile, RIG_LEFT);
-    if (controls != 0 && (controls == sides || all)) {
-        return commands_focus_control(call, controls);
+static void show_learned(const struct command_call *call, unsigned sides) {
+    char bytes[LENS_TABLE_TEXT_BYTES];
+    struct command_text text = command_text_begin(bytes, sizeof bytes);
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if ((sides >> side & 1) != 0) {
+            put_learned(call, side);
+        }
     }
-    return run_axis(call, LENS_FOCUS);
+    lens_object_print(&call->rig->object, &text);
+    reply_text(call, "object", bytes);
 }
 
-// ---- the iris for a depth of field
-
-static int find_iris(const struct command_call *call, unsigned side,
-                     struct rig_optics_iris *found) {
-    const double *range_mm = call->values[VALUE_SHARP].numbers;
-    const int error = rig_optics_iris_for_range(call->rig, side, range_mm[0], range_mm[1], found);
+int commands_lens_run(const struct command_call *call) {
+    const int action = call->values[VALUE_ACTION].choice;
+    unsigned sides = 0;
+    int error = commands_axis_sides(call, &call->values[VALUE_SIDE], &sides);
+    INVARIANT(action >= STATUS && action <= FORGET);
+    if (error != 0 || action == STATUS) {
+        return error != 0 ? error : show_status(call, sides);
+    }
+    if (action == LEARNED) {
+        error = set_learned(call, sides);
+    } else {
+        forget(call, sides);
+    }
     if (error == 0) {
-        return 0;
-    }
-    struct command_text sentence = commands_sentence(call);
-    if (error == ERROR_MISSING) {
-        command_text_join(&sentence, "iris: sharp= needs the settings ",
-                          rig_optics_missing(call->rig, RIG_OPTICS_BLUR));
-    } else if (error == ERROR_NOT_CONNECTED) {
-        command_text_add(&sentence, "iris: sharp= needs motors for zoom, focus and iris");
-    } else if (error == ERROR_RANGE) {
-        command_text_add(&sentence, "iris: sharp=");
-        command_text_add_typed(&sentence, call->values[VALUE_SHARP].text);
-        command_text_add(
-            &sentence,
-            " is not a range in front of the lens (expected NEAR:FAR in mm, the nearer "
-            "first, with a middle that the focus reaches)");
+        show_learned(call, sides);
     }
     return error;
-}
-
-/// Exposes `factor` times as long, up to what a pair allows.
-static int follow_exposure(const struct command_call *call, unsigned side, double factor) {
-    struct rig *rig = call->rig;
-    const struct rig_camera *camera = &rig->camera[side];
-    const uint32_t before_us =
-        camera->exposure_us != 0 ? camera->exposure_us : camera->initial_exposure_us;
-    if (before_us == 0) {
-        reply_text(call, "exposure_note", "not set here, so it stays as the camera has it");
-        return 0;
-    }
-    const double max_us = math_min(RIG_EXPOSURE_MAX_US, rig->profile.skew_limit_us);
-    const double wanted_us = math_max(before_us * factor, 1);
-    uint32_t applied_us = 0;
-    const int error =
-        rig_exposure(rig, 1U << side, (uint32_t)(math_min(wanted_us, max_us) + 0.5), &applied_us);
-    if (error == 0) {
-        reply_number(call, "exposure", applied_us, 0, "us");
-        if (wanted_us > max_us) {
-            reply_number(call, "darker", wanted_us / applied_us, 2, "x");
-            reply_text(
-                call, "exposure_note",
-                "at its limit (rig.skew_limit): the frames are darker; raise the gain or add "
-                "light");
-        }
-    }
-    return error;
-}
-
-static void put_found(const struct command_call *call, const struct rig_optics_iris *found) {
-    static const char *const limits[] = {
-        [RIG_OPTICS_NEEDED] = "the range is sharp",
-        [RIG_OPTICS_DIFFRACTION] =
-            "not all can be sharp: closed further, diffraction would blur it more",
-        [RIG_OPTICS_CLOSED] = "not all can be sharp: the iris closes no further",
-        [RIG_OPTICS_OPEN] = "the range is sharp with the iris open",
-    };
-    reply_number(call, "blur", found->blur_px, 2, "px");
-    reply_number(call, "diffraction", found->diffraction_px, 2, "px");
-    reply_text(call, "result", limits[found->limit]);
-    commands_lens_distance(call, "best_focus", found->focus_mm);
-    reply_number(call, "best_focus_position", found->focus, 0, "counts");
-    reply_number(call, "best_blur", found->best_px, 2, "px");
-}
-
-/// Finds the iris of a lens, and its f-number before.
-static int prepare_sharp(const struct command_call *call, unsigned side,
-                         struct rig_optics_iris *found, double *before) {
-    int32_t positions[LENS_AXES];
-    int error = rig_lens_read(call->rig, side, positions);
-    error = error == 0 ? find_iris(call, side, found) : error;
-    return error == 0 ? rig_optics_f_number(call->rig, side, positions[LENS_IRIS], before) : error;
-}
-
-static int run_sharp(const struct command_call *call, unsigned sides) {
-    struct rig_optics_iris found[RIG_SIDES];
-    int32_t targets[RIG_SIDES] = {INT32_MIN, INT32_MIN};
-    double before[RIG_SIDES];
-    int error = 0;
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
-        if ((sides >> side & 1) != 0) {
-            error = prepare_sharp(call, side, &found[side], &before[side]);
-            targets[side] = error == 0 ? found[side].iris : INT32_MIN;
-        }
-    }
-    error = error == 0 ? move_to(call, sides, LENS_IRIS, targets) : error;
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
-        if ((sides >> side & 1) == 0) {
-            continue;
-        }
-        const double ratio = found[side].f_number / before[side];
-        reply_group_begin(call, commands_side_name(side), false);
-        error = put_axis(call, side, LENS_IRIS, targets[side]);
-        if (error == 0) {
-            put_found(call, &found[side]);
-            error = follow_exposure(call, side, ratio * ratio);
-        }
-        reply_group_end(call);
-    }
-    return error;
-}
-
-/// Learns the irises, and shows their f-numbers.
-static int run_learn(const struct command_call *call) {
-    unsigned sides = 0;
-    int error = commands_lens_sides(call, &call->values[VALUE_SIDE], &sides);
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
-        if ((sides >> side & 1) == 0) {
-            continue;
-        }
-        error = rig_iris_learn(call->rig, side);
-        if (error == 0) {
-            const struct lens_table *table = &call->rig->camera[side].lens.learned.iris;
-            INVARIANT(table->count > 0);
-            reply_group_begin(call, commands_side_name(side), false);
-            reply_number(call, "points", table->count, 0, NULL);
-            reply_number(call, "closed", table->point[0].value / (double)LENS_RATIO_ONE, 2,
-                         "x f-number open");
-            error = put_axis(call, side, LENS_IRIS, INT32_MIN);
-            reply_group_end(call);
-        }
-    }
-    return error;
-}
-
-int commands_lens_iris(const struct command_call *call) {
-    const struct command_value *position = &call->values[VALUE_POSITION];
-    if (position->given && position->choice >= 0 && !call->values[VALUE_SHARP].given) {
-        return run_learn(call);
-    }
-    if (!call->values[VALUE_SHARP].given) {
-        return run_axis(call, LENS_IRIS);
-    }
-    if (call->values[VALUE_POSITION].given) {
-        struct command_text sentence = commands_sentence(call);
-        command_text_add(&sentence, "iris: either POSITION or sharp=, not both");
-        return ERROR_ARGUMENT;
-    }
-    unsigned sides = 0;
-    const int error = commands_lens_sides(call, &call->values[VALUE_SIDE], &sides);
-    return error == 0 ? run_sharp(call, sides) : error;
 }
