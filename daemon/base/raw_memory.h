@@ -3,7 +3,7 @@
 #ifndef VERGENCE_DAEMON_BASE_RAW_MEMORY_H
 #define VERGENCE_DAEMON_BASE_RAW_MEMORY_H
 
-#include "stereo/image/raw_image.h"
+#include "core/raw_image.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -164,7 +164,7 @@ int commands_exposure_auto(const struct command_call *call) {
 
 // 0: never set here, so the camera decides.
 static void show_setting(const struct command_call *call, unsigned side, double value, int decimals,
-                 const char *unit) {
+                         const char *unit) {
     if (value == 0) {
         reply_text(call, commands_side_name(side), "not set");
     } else {

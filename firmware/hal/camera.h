@@ -19,7 +19,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "stereo/image/raw_image.h"
+#include "core/raw_image.h"
 
 /// Faults of a frame, as bits.
 enum {

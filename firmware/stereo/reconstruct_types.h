@@ -9,11 +9,11 @@
 
 #include "core/arena.h"
 #include "core/parallel.h"
+#include "core/raw_image.h"
 #include "stereo/geometry/calibration.h"
 #include "stereo/geometry/rectify.h"
 #include "stereo/geometry/triangulate.h"
 #include "stereo/image/image.h"
-#include "stereo/image/raw_image.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match.h"
 #include "stereo/subpixel.h"

@@ -3,7 +3,7 @@
 #ifndef VERGENCE_STEREO_IMAGE_IMAGE_CHANGE_H
 #define VERGENCE_STEREO_IMAGE_IMAGE_CHANGE_H
 
-#include "stereo/image/raw_image.h"
+#include "core/raw_image.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -24,7 +24,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "stereo/image/raw_image.h"
+#include "core/raw_image.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "stereo/image/raw_image.h"
+#include "core/raw_image.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// One image as a camera or a file delivers it: the form in which it goes from there to the
 /// matcher.
-#ifndef VERGENCE_STEREO_IMAGE_RAW_IMAGE_H
-#define VERGENCE_STEREO_IMAGE_RAW_IMAGE_H
+#ifndef VERGENCE_CORE_RAW_IMAGE_H
+#define VERGENCE_CORE_RAW_IMAGE_H
 
 #include <stddef.h>
 #include <stdint.h>
