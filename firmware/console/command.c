@@ -114,15 +114,15 @@ static int read_number(const struct command_argument *argument, const char *text
     *integer = 0;
     if (whole && command_words_integer(text, integer)) {
         number->value = (double)*integer;
-        return 0;
+        return ERROR_OK;
     }
     if (isinf(argument->max) && (strcmp(text, "inf") == 0 || strcmp(text, "infinity") == 0)) {
         number->value = INFINITY;
-        return 0;
+        return ERROR_OK;
     }
     const enum command_quantity read = command_words_quantity(text, units_of(argument), number);
     if (read == COMMAND_QUANTITY_READ && (!whole || round_number(argument, number, integer))) {
-        return 0;
+        return ERROR_OK;
     }
     *what = read == COMMAND_QUANTITY_UNKNOWN_UNIT ? " has an unknown unit" : not_one(argument);
     return ERROR_SYNTAX;
@@ -143,7 +143,7 @@ static int take_number(const struct command_parser *parser, const struct command
         strcpy(text + length, bare ? unit : "");
         error = read_number(argument, text, number, integer, &what);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return refuse(parser, argument, error, word, what);
     }
     const bool own = number->unit == 0;
@@ -152,7 +152,7 @@ static int take_number(const struct command_parser *parser, const struct command
     }
     return own && number->value > argument->max
                ? refuse(parser, argument, ERROR_RANGE, word, " is too large")
-               : 0;
+               : ERROR_OK;
 }
 
 /// The unit at the end of several numbers, "m" of "1.75:1.85m", which is that of all; "": none.
@@ -180,7 +180,7 @@ static int take_numbers(const struct command_parser *parser,
         const char *end = last ? at + strlen(at) : strchr(at, argument->separator);
         end = end == NULL && argument->separator == 'x' ? strchr(at, 'X') : end;  // 9X6
         const int error = take_number(parser, argument, word, at, end, unit, &number, &integer);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return error;
         }
         at = last ? end : end + 1;
@@ -189,7 +189,7 @@ static int take_numbers(const struct command_parser *parser,
         value->unit = number.unit;
         value->stated = value->stated || number.stated;
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static int take_choice(const struct command_parser *parser, const struct command_argument *argument,
@@ -198,7 +198,7 @@ static int take_choice(const struct command_parser *parser, const struct command
     struct suggest suggest;
     value->choice = command_words_choice(word, command_choices(argument));
     if (value->choice >= 0) {
-        return 0;
+        return ERROR_OK;
     }
     suggest_begin(&suggest, word, "");
     suggest_consider_all(&suggest, command_choices(argument));
@@ -224,7 +224,8 @@ static int take_value(const struct command_parser *parser, const struct command_
             if (*unit == '\0' && argument->choices != NULL) {
                 value->choice = command_words_choice(word, argument->choices);
             }
-            return value->choice >= 0 ? 0 : take_numbers(parser, argument, word, unit, value);
+            return value->choice >= 0 ? ERROR_OK
+                                      : take_numbers(parser, argument, word, unit, value);
         case COMMAND_FLAG:
         case COMMAND_CHOICE:
             return take_choice(parser, argument, word, value);
@@ -238,7 +239,7 @@ static int take_value(const struct command_parser *parser, const struct command_
     }
     return argument->max > 0 && length > argument->max
                ? refuse(parser, argument, ERROR_RANGE, word, " is too long")
-               : 0;
+               : ERROR_OK;
 }
 
 /// The word after words[*at] if it is the unit of the number there, which ends in a digit: `*at` is
@@ -405,18 +406,18 @@ static int parse_arguments(const struct command *command, const struct command_w
     const struct command_parser parser = {command->name, command->arguments,
                                           command->argument_count, "", message};
     unsigned next = 0;
-    int error = 0;
+    int error = ERROR_OK;
     INVARIANT(command->argument_count <= COMMAND_ARGUMENTS_MAX);
     for (unsigned i = 0; i < command->argument_count; i++) {
         values[i] = (struct command_value){.choice = -1};
     }
-    for (size_t at = 1; at < words->count && error == 0; at++) {
+    for (size_t at = 1; at < words->count && error == ERROR_OK; at++) {
         const bool quoted = (words->quoted >> at & 1) != 0;
         error = !quoted && command_is_option(&parser, words->word[at])
                     ? command_parse_option(&parser, words->word, words->count, &at, values)
                     : take_operand(command, &parser, words, &at, &next, values);
     }
-    for (unsigned i = 0; error == 0 && i < command->argument_count; i++) {
+    for (unsigned i = 0; error == ERROR_OK && i < command->argument_count; i++) {
         const struct command_argument *argument = &command->arguments[i];
         if (!values[i].given && !argument->optional && !command_argument_is_option(argument)) {
             error = refuse(&parser, argument, ERROR_MISSING, NULL, " is missing");
@@ -433,12 +434,12 @@ int command_parse(const char *line, const struct command *table, size_t count, c
     const char *why = NULL;
     *found = NULL;
     int error = command_words_split(line, storage, &words, &why);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         command_text_add(&text, why);
         return error;
     }
     if (words.count == 0) {
-        return 0;
+        return ERROR_OK;
     }
     const struct command *command = command_find(table, count, words.word[0]);
     if (command == NULL) {
@@ -451,6 +452,6 @@ int command_parse(const char *line, const struct command *table, size_t count, c
         return ERROR_ARGUMENT;
     }
     error = parse_arguments(command, &words, values, &text);
-    *found = error == 0 ? command : NULL;
+    *found = error == ERROR_OK ? command : NULL;
     return error;
 }

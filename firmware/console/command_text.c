@@ -5,6 +5,7 @@
 #include <stdbool.h>
 
 #include "core/decimal.h"
+#include "core/error.h"
 #include "core/invariant.h"
 
 enum { TYPED_MAX = 40 };
@@ -57,10 +58,10 @@ void command_text_add_number(struct command_text *text, double value, int decima
     INVARIANT(decimals >= 0 && decimals <= 6);
     int64_t scaled = 0;
     // A large number leaves no room for all decimals.
-    while (decimals > 0 && decimal_from_double(value, decimals, &scaled) != 0) {
+    while (decimals > 0 && decimal_from_double(value, decimals, &scaled) != ERROR_OK) {
         decimals--;
     }
-    if (decimal_from_double(value, decimals, &scaled) != 0) {
+    if (decimal_from_double(value, decimals, &scaled) != ERROR_OK) {
         command_text_add(text, "?");
         return;
     }

@@ -81,7 +81,7 @@ int command_words_split(const char *line, char *storage, struct command_words *w
     }
     // Each word is followed by a blank or the line's end, so there is room for its zero.
     INVARIANT(to <= storage + COMMAND_LINE_MAX + 1);
-    return 0;
+    return ERROR_OK;
 }
 
 static const char *after_sign(const char *word) {

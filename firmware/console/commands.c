@@ -31,7 +31,7 @@ int commands_not_ready(const struct command_call *call, const char *name) {
     }
     command_text_add(&sentence, ": the instrument is in its safe state");
     // A cancelled command leaves no text, as the user wanted it.
-    if (rig->last_error.error != 0 && rig->last_error.text[0] != '\0') {
+    if (rig->last_error.error != ERROR_OK && rig->last_error.text[0] != '\0') {
         command_text_join(&sentence, ": ", rig->last_error.text);
     }
     command_text_add(&sentence, " (run \"bringup\")");
@@ -70,7 +70,7 @@ int command_run(const struct command *command, const struct command_call *call) 
         return commands_not_ready(call, command->name);
     }
     const int error = command->run(call);
-    if (error != 0 && call->message[0] == '\0') {
+    if (error != ERROR_OK && call->message[0] == '\0') {
         report_error(command, call, error);
     }
     return error;

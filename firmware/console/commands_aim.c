@@ -17,13 +17,13 @@ static int show_pan(const struct command_call *call, unsigned sides) {
             continue;
         }
         const int error = rig_pan_read(call->rig, side, &angle_urad);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return error;
         }
         reply_number(call, commands_side_name(side), (double)angle_urad / urad_per_degree,
                      ANGLE_DECIMALS, "deg");
     }
-    return 0;
+    return ERROR_OK;
 }
 
 /// Converts an argument to an angle and checks it against the limits of this instrument.
@@ -45,7 +45,7 @@ static int angle_of(const struct command_call *call, const struct command_value 
         return ERROR_RANGE;
     }
     *angle_urad = (int32_t)urad;
-    return 0;
+    return ERROR_OK;
 }
 
 int commands_aim_pan(const struct command_call *call) {
@@ -66,16 +66,16 @@ int commands_aim_pan(const struct command_call *call) {
     }
     int32_t first_urad = 0;
     int error = angle_of(call, &call->values[0], "pan: ANGLE ", &first_urad);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     int32_t second_urad = first_urad;
     if (call->values[2].given) {
         error = angle_of(call, &call->values[2], "pan: right=", &second_urad);
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = sides == 3 ? rig_pan_both(call->rig, first_urad, second_urad)
                            : rig_pan(call->rig, sides - 1, first_urad);
     }
-    return error != 0 ? error : show_pan(call, sides);
+    return error != ERROR_OK ? error : show_pan(call, sides);
 }

@@ -30,7 +30,7 @@ int commands_axis_sides(const struct command_call *call, const struct command_va
             return ERROR_NOT_CONNECTED;
         }
     }
-    return 0;
+    return ERROR_OK;
 }
 
 // ---- the position that was typed
@@ -50,13 +50,13 @@ static int check_counts(const struct command_call *call, unsigned side, enum len
                         int32_t *position) {
     struct lens_limits limits;
     const int error = rig_lens_limits(call->rig, side, axis, &limits);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     const int64_t typed = call->values[VALUE_POSITION].integer;
     if (typed >= limits.min && typed <= limits.max) {
         *position = (int32_t)typed;
-        return 0;
+        return ERROR_OK;
     }
     struct command_text sentence = begin_out_of_range(call, side, axis);
     command_text_add_integer(&sentence, limits.min);
@@ -71,10 +71,11 @@ static void add_range(const struct command_call *call, unsigned side, enum lens_
                       struct command_text *sentence) {
     const struct lens_axis_settings *settings = &call->rig->profile.lens.axis[axis];
     double low = 0, high = 0, scale = 1;
-    int error = 0;
+    int error = ERROR_OK;
     if (axis == LENS_ZOOM) {
         error = rig_optics_focal_length(call->rig, side, settings->min, &low);
-        error = error == 0 ? rig_optics_focal_length(call->rig, side, settings->max, &high) : error;
+        error = error == ERROR_OK ? rig_optics_focal_length(call->rig, side, settings->max, &high)
+                                  : error;
         scale = call->values[VALUE_POSITION].unit == UNIT_X ? low : 1;
         command_text_add_number(sentence, low / scale, 2);
         command_text_add(sentence, " to ");
@@ -87,14 +88,15 @@ static void add_range(const struct command_call *call, unsigned side, enum lens_
         command_text_add(sentence, " mm)");
     } else {
         error = rig_optics_f_number(call->rig, side, settings->max, &low);
-        error = error == 0 ? rig_optics_f_number(call->rig, side, settings->min, &high) : error;
+        error =
+            error == ERROR_OK ? rig_optics_f_number(call->rig, side, settings->min, &high) : error;
         command_text_add(sentence, "f/");
         command_text_add_number(sentence, low, 1);
         command_text_add(sentence, " to f/");
         command_text_add_number(sentence, high, 1);
         command_text_add(sentence, ")");
     }
-    INVARIANT(error == 0);
+    INVARIANT(error == ERROR_OK);
 }
 
 /// Explains why a relation gave no position.
@@ -122,21 +124,22 @@ static int target_of(const struct command_call *call, unsigned side, enum lens_a
     const struct command_value *value = &call->values[VALUE_POSITION];
     const struct rig *rig = call->rig;
     double number = value->number;
-    int error = 0;
+    int error = ERROR_OK;
     if (value->choice < 0 && value->unit == UNIT_COUNTS) {
         return check_counts(call, side, axis, position);
     }
     if (axis == LENS_ZOOM) {
         double wide_mm = 1;
-        error = value->unit == UNIT_X ? rig_optics_wide(rig, side, &wide_mm) : 0;
-        error = error == 0 ? rig_optics_zoom_for(rig, side, number * wide_mm, position) : error;
+        error = value->unit == UNIT_X ? rig_optics_wide(rig, side, &wide_mm) : ERROR_OK;
+        error =
+            error == ERROR_OK ? rig_optics_zoom_for(rig, side, number * wide_mm, position) : error;
     } else if (axis == LENS_FOCUS) {
         number = value->choice >= 0 ? (double)INFINITY : number;
         error = rig_optics_focus_for(rig, side, number, position);
     } else {
         error = rig_optics_iris_for(rig, side, number, position);
     }
-    return error == 0 ? 0 : refuse_relation(call, side, axis, error);
+    return error == ERROR_OK ? ERROR_OK : refuse_relation(call, side, axis, error);
 }
 
 // ---- showing
@@ -146,16 +149,16 @@ void commands_lens_meaning(const struct command_call *call, unsigned side, enum 
     const struct rig *rig = call->rig;
     double value = 0, wide_mm = 0;
     if (axis == LENS_ZOOM) {
-        if (rig_optics_focal_length(rig, side, position, &value) == 0 &&
-            rig_optics_wide(rig, side, &wide_mm) == 0) {
+        if (rig_optics_focal_length(rig, side, position, &value) == ERROR_OK &&
+            rig_optics_wide(rig, side, &wide_mm) == ERROR_OK) {
             reply_number(call, "focal_length", value, 2, "mm");
             reply_number(call, "magnification", value / wide_mm, 2, "x");
         }
     } else if (axis == LENS_FOCUS) {
-        if (rig_optics_distance_at(rig, side, position, &value) == 0) {
+        if (rig_optics_distance_at(rig, side, position, &value) == ERROR_OK) {
             commands_lens_distance(call, "distance", value);
         }
-    } else if (rig_optics_f_number(rig, side, position, &value) == 0) {
+    } else if (rig_optics_f_number(rig, side, position, &value) == ERROR_OK) {
         reply_number(call, "f_number", value, 2, "f/");
     }
 }
@@ -189,10 +192,10 @@ static int put_axis(const struct command_call *call, unsigned side, enum lens_ax
     struct lens_mean means[LENS_AXES];
     struct lens_limits limits;
     int error = rig_lens_read_mean(call->rig, side, RIG_LENS_READINGS, means);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = rig_lens_limits(call->rig, side, axis, &limits);
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_number(call, "position", means[axis].position_q4 / 16.0, 2, "counts");
         reply_number(call, "min", limits.min, 0, "counts");
         reply_number(call, "max", limits.max, 0, "counts");
@@ -210,8 +213,8 @@ static int move_to(const struct command_call *call, unsigned sides, enum lens_ax
     if (sides == 3 && targets[RIG_LEFT] == targets[RIG_RIGHT]) {
         return rig_lens_move_to(call->rig, sides, axis, targets[RIG_LEFT]);
     }
-    int error = 0;
-    for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
+    int error = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         if ((sides >> side & 1) != 0) {
             error = rig_lens_move_to(call->rig, 1U << side, axis, targets[side]);
         }
@@ -223,14 +226,15 @@ int commands_axis_run(const struct command_call *call, enum lens_axis axis) {
     int32_t targets[RIG_SIDES] = {INT32_MIN, INT32_MIN};
     unsigned sides = 0;
     int error = commands_axis_sides(call, &call->values[VALUE_SIDE], &sides);
-    INVARIANT(error != 0 || sides != 0);
-    if (error == 0 && call->values[VALUE_POSITION].given) {
-        for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
-            error = (sides >> side & 1) != 0 ? target_of(call, side, axis, &targets[side]) : 0;
+    INVARIANT(error != ERROR_OK || sides != 0);
+    if (error == ERROR_OK && call->values[VALUE_POSITION].given) {
+        for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
+            error =
+                (sides >> side & 1) != 0 ? target_of(call, side, axis, &targets[side]) : ERROR_OK;
         }
-        error = error == 0 ? move_to(call, sides, axis, targets) : error;
+        error = error == ERROR_OK ? move_to(call, sides, axis, targets) : error;
     }
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+    for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0) {
             reply_group_begin(call, commands_side_name(side), false);
             error = put_axis(call, side, axis, targets[side]);
@@ -250,8 +254,8 @@ static int find_iris(const struct command_call *call, unsigned side,
                      struct rig_optics_iris *found) {
     const double *range_mm = call->values[VALUE_SHARP].numbers;
     const int error = rig_optics_iris_for_range(call->rig, side, range_mm[0], range_mm[1], found);
-    if (error == 0) {
-        return 0;
+    if (error == ERROR_OK) {
+        return ERROR_OK;
     }
     struct command_text sentence = commands_sentence(call);
     if (error == ERROR_MISSING) {
@@ -278,14 +282,14 @@ static int follow_exposure(const struct command_call *call, unsigned side, doubl
         camera->exposure_us != 0 ? camera->exposure_us : camera->initial_exposure_us;
     if (before_us == 0) {
         reply_text(call, "exposure_note", "not set here, so it stays as the camera has it");
-        return 0;
+        return ERROR_OK;
     }
     const double max_us = math_min(RIG_EXPOSURE_MAX_US, rig->profile.skew_limit_us);
     const double wanted_us = math_max(before_us * factor, 1);
     uint32_t applied_us = 0;
     const int error =
         rig_exposure(rig, 1U << side, (uint32_t)(math_min(wanted_us, max_us) + 0.5), &applied_us);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_number(call, "exposure", applied_us, 0, "us");
         if (wanted_us > max_us) {
             reply_number(call, "darker", wanted_us / applied_us, 2, "x");
@@ -319,30 +323,31 @@ static int prepare_sharp(const struct command_call *call, unsigned side,
                          struct rig_optics_iris *found, double *before) {
     int32_t positions[LENS_AXES];
     int error = rig_lens_read(call->rig, side, positions);
-    error = error == 0 ? find_iris(call, side, found) : error;
-    return error == 0 ? rig_optics_f_number(call->rig, side, positions[LENS_IRIS], before) : error;
+    error = error == ERROR_OK ? find_iris(call, side, found) : error;
+    return error == ERROR_OK ? rig_optics_f_number(call->rig, side, positions[LENS_IRIS], before)
+                             : error;
 }
 
 static int run_sharp(const struct command_call *call, unsigned sides) {
     struct rig_optics_iris found[RIG_SIDES];
     int32_t targets[RIG_SIDES] = {INT32_MIN, INT32_MIN};
     double before[RIG_SIDES];
-    int error = 0;
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+    int error = ERROR_OK;
+    for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0) {
             error = prepare_sharp(call, side, &found[side], &before[side]);
-            targets[side] = error == 0 ? found[side].iris : INT32_MIN;
+            targets[side] = error == ERROR_OK ? found[side].iris : INT32_MIN;
         }
     }
-    error = error == 0 ? move_to(call, sides, LENS_IRIS, targets) : error;
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+    error = error == ERROR_OK ? move_to(call, sides, LENS_IRIS, targets) : error;
+    for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) == 0) {
             continue;
         }
         const double ratio = found[side].f_number / before[side];
         reply_group_begin(call, commands_side_name(side), false);
         error = put_axis(call, side, LENS_IRIS, targets[side]);
-        if (error == 0) {
+        if (error == ERROR_OK) {
             put_found(call, &found[side]);
             error = follow_exposure(call, side, ratio * ratio);
         }
@@ -355,12 +360,12 @@ static int run_sharp(const struct command_call *call, unsigned sides) {
 static int run_learn(const struct command_call *call) {
     unsigned sides = 0;
     int error = commands_axis_sides(call, &call->values[VALUE_SIDE], &sides);
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+    for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) == 0) {
             continue;
         }
         error = rig_iris_learn(call->rig, side);
-        if (error == 0) {
+        if (error == ERROR_OK) {
             const struct lens_table *table = &call->rig->camera[side].lens.learned.iris;
             INVARIANT(table->count > 0);
             reply_group_begin(call, commands_side_name(side), false);
@@ -389,5 +394,5 @@ int commands_axis_iris(const struct command_call *call) {
     }
     unsigned sides = 0;
     const int error = commands_axis_sides(call, &call->values[VALUE_SIDE], &sides);
-    return error == 0 ? run_sharp(call, sides) : error;
+    return error == ERROR_OK ? run_sharp(call, sides) : error;
 }

@@ -141,20 +141,20 @@ int commands_exposure_auto(const struct command_call *call) {
     };
     int error = commands_region(call, &call->values[REGION], RIG_AUTOEXPOSURE_REGION_MIN_PX,
                                 UINT16_MAX, &request.region_px);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     struct rig_autoexposure_result result;
     error = rig_autoexposure(call->rig, &request, &result);
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+    for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         if ((request.sides >> side & 1) != 0) {
             put_side(call, side, &result.side[side]);
         }
     }
-    if (error == 0 && request.sides == (1u << RIG_LEFT | 1u << RIG_RIGHT)) {
+    if (error == ERROR_OK && request.sides == (1u << RIG_LEFT | 1u << RIG_RIGHT)) {
         reply_number(call, "difference", parts_of_percent * result.difference, 1, "%");
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         put_notes(call, &request, &result);
     }
     return error;
@@ -175,12 +175,12 @@ static void show_setting(const struct command_call *call, unsigned side, double 
 int commands_exposure_run(const struct command_call *call) {
     const unsigned sides = commands_sides(&call->values[1]);
     uint32_t applied_us = 0;
-    int error = 0;
+    int error = ERROR_OK;
     if (call->values[0].given) {
         INVARIANT(call->values[0].integer > 0 && call->values[0].integer <= UINT32_MAX);
         error = rig_exposure(call->rig, sides, (uint32_t)call->values[0].integer, &applied_us);
     }
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+    for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0) {
             show_setting(call, side, call->rig->camera[side].exposure_us, 0, "us");
         }
@@ -190,14 +190,14 @@ int commands_exposure_run(const struct command_call *call) {
 
 int commands_exposure_gain(const struct command_call *call) {
     const unsigned sides = commands_sides(&call->values[1]);
-    int error = 0;
+    int error = ERROR_OK;
     if (call->values[0].given) {
         const double gain_q3 = call->values[0].number * 8 + 0.5;
         INVARIANT(gain_q3 > 0 && gain_q3 <= UINT16_MAX);
         uint16_t applied_q3 = 0;
         error = rig_gain(call->rig, sides, (uint16_t)gain_q3, &applied_q3);
     }
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+    for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0) {
             show_setting(call, side, call->rig->camera[side].gain_q3 / 8.0, 3, NULL);
         }

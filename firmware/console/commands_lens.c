@@ -51,11 +51,11 @@ static void put_blur(const struct command_call *call, unsigned side,
     const struct rig *rig = call->rig;
     double distance_mm = 0;
     double per_count_px = 0, near_mm = 0, far_mm = 0, blur_px = 0, diffraction_px = 0;
-    if (rig_optics_blur_per_count(rig, side, &per_count_px) != 0 ||
-        rig_optics_distance_at(rig, side, lens_mean_counts(focus), &distance_mm) != 0 ||
+    if (rig_optics_blur_per_count(rig, side, &per_count_px) != ERROR_OK ||
+        rig_optics_distance_at(rig, side, lens_mean_counts(focus), &distance_mm) != ERROR_OK ||
         rig_optics_sharp_range(rig, side, distance_mm, RIG_OPTICS_SHARP_PX, &near_mm, &far_mm) !=
             0 ||
-        rig_optics_blur_at(rig, side, near_mm, &blur_px, &diffraction_px) != 0) {
+        rig_optics_blur_at(rig, side, near_mm, &blur_px, &diffraction_px) != ERROR_OK) {
         return;
     }
     reply_number(call, "blur_per_count", per_count_px, 3, "px");
@@ -74,7 +74,7 @@ static void put_last_focus(const struct command_call *call, unsigned side) {
         reply_number(call, "last", (double)(now_us - lens->focused_us) / us_per_s, 1, "s ago");
         reply_group_end(call);
     }
-    if (rig_optics_focus_prediction(call->rig, side, &position, &half_range) == 0) {
+    if (rig_optics_focus_prediction(call->rig, side, &position, &half_range) == ERROR_OK) {
         reply_group_begin(call, "prediction", false);
         reply_number(call, "position", position, 0, "counts");
         reply_number(call, "half_range", half_range, 0, "counts");
@@ -85,7 +85,7 @@ static void put_last_focus(const struct command_call *call, unsigned side) {
 static int put_status(const struct command_call *call, unsigned side) {
     struct lens_mean means[LENS_AXES];
     const int error = rig_lens_read_mean(call->rig, side, READINGS, means);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     reply_group_begin(call, commands_side_name(side), false);
@@ -97,7 +97,7 @@ static int put_status(const struct command_call *call, unsigned side) {
     put_blur(call, side, &means[LENS_FOCUS]);
     put_last_focus(call, side);
     reply_group_end(call);
-    return 0;
+    return ERROR_OK;
 }
 
 // ---- what was learned
@@ -143,12 +143,12 @@ static int set_learned(const struct command_call *call, unsigned sides) {
     struct rig *rig = call->rig;
     struct lens_learned read[RIG_SIDES];
     struct lens_object object = rig->object;
-    int error = 0;
-    for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
+    int error = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         read[side] = rig->camera[side].lens.learned;
-        error = (sides >> side & 1) != 0 ? take_tables(call, &read[side], &object) : 0;
+        error = (sides >> side & 1) != 0 ? take_tables(call, &read[side], &object) : ERROR_OK;
     }
-    for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         rig->camera[side].lens.learned = read[side];
     }
     rig->object = object;
@@ -165,9 +165,9 @@ static void forget(const struct command_call *call, unsigned sides) {
 }
 
 static int show_status(const struct command_call *call, unsigned sides) {
-    int error = call->rig->state == RIG_READY ? 0 : commands_not_ready(call, "lens status");
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
-        error = (sides >> side & 1) != 0 ? put_status(call, side) : 0;
+    int error = call->rig->state == RIG_READY ? ERROR_OK : commands_not_ready(call, "lens status");
+    for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
+        error = (sides >> side & 1) != 0 ? put_status(call, side) : ERROR_OK;
     }
     return error;
 }
@@ -189,15 +189,15 @@ int commands_lens_run(const struct command_call *call) {
     unsigned sides = 0;
     int error = commands_axis_sides(call, &call->values[VALUE_SIDE], &sides);
     INVARIANT(action >= STATUS && action <= FORGET);
-    if (error != 0 || action == STATUS) {
-        return error != 0 ? error : show_status(call, sides);
+    if (error != ERROR_OK || action == STATUS) {
+        return error != ERROR_OK ? error : show_status(call, sides);
     }
     if (action == LEARNED) {
         error = set_learned(call, sides);
     } else {
         forget(call, sides);
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         show_learned(call, sides);
     }
     return error;

@@ -16,14 +16,14 @@ static int put_value(const struct command_call *call, const char *name, uint16_t
     struct command_text number = command_text_begin(text, sizeof text);
     command_text_add_hex(&number, value, 4);
     reply_text(call, name, text);
-    return 0;
+    return ERROR_OK;
 }
 
 static int read_one(const struct command_call *call, enum registers_device where,
                     const struct registers_entry *entry) {
     uint16_t value = 0;
     const int error = registers_read(call->rig, where, entry->index, &value);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         return put_value(call, entry->name, value);
     }
     static const char *const devices[] = {[REGISTERS_BRIDGE] = "bridge",
@@ -97,10 +97,10 @@ int commands_registers_run(const struct command_call *call) {
     if (call->values[1].given) {
         return read_named(call, where, entries, count);
     }
-    int error = 0;
-    for (size_t i = 0; error == 0 && i < count; i++) {
-        error =
-            registers_readable(where, entries[i].index) ? read_one(call, where, &entries[i]) : 0;
+    int error = ERROR_OK;
+    for (size_t i = 0; error == ERROR_OK && i < count; i++) {
+        error = registers_readable(where, entries[i].index) ? read_one(call, where, &entries[i])
+                                                            : ERROR_OK;
     }
     return error;
 }

@@ -51,7 +51,7 @@ static int assess(const struct command_call *call, const struct hal_camera_frame
     const uint32_t wrong = wrong_pixels(&frame->image, &wrong_bits);
     reply_number(call, "wrong_pixels", wrong, 0, NULL);
     if (wrong == 0) {
-        return 0;
+        return ERROR_OK;
     }
     struct command_text sentence = commands_sentence(call);
     command_text_add(&sentence,
@@ -156,15 +156,15 @@ static int test_picture(const struct command_call *call) {
 int commands_selftest_run(const struct command_call *call) {
     struct rig *rig = call->rig;
     int error = rig_check(rig);
-    reply_text(call, "parts", error == 0 ? "all work" : error_text(error));
-    if (error != 0 || !rig->profile.bridge) {
+    reply_text(call, "parts", error == ERROR_OK ? "all work" : error_text(error));
+    if (error != ERROR_OK || !rig->profile.bridge) {
         return error;
     }
     if ((rig->bridge.caps & BRIDGE_CAPS_PATTERN_MASK) == 0) {
         reply_text(call, "picture", "this bridge makes no test picture");
-        return 0;
+        return ERROR_OK;
     }
     error = test_picture(call);
-    reply_text(call, "picture", error == 0 ? "arrives bit for bit" : error_text(error));
+    reply_text(call, "picture", error == ERROR_OK ? "arrives bit for bit" : error_text(error));
     return error;
 }

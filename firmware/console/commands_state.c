@@ -22,12 +22,12 @@ static const char *state_name(enum rig_state state) {
 /// Whether the last error is over: a capture was rejected or a lens did not arrive, but the
 /// instrument is ready and the part responds.
 static bool error_is_over(const struct rig *rig) {
-    return rig->state == RIG_READY && rig->health[rig->last_error.part].error == 0;
+    return rig->state == RIG_READY && rig->health[rig->last_error.part].error == ERROR_OK;
 }
 
 static void put_last_error(const struct command_call *call) {
     // A cancelled command leaves no text, as the user wanted it.
-    if (call->rig->last_error.error != 0 && call->rig->last_error.text[0] != '\0') {
+    if (call->rig->last_error.error != ERROR_OK && call->rig->last_error.text[0] != '\0') {
         reply_text(call, error_is_over(call->rig) ? "last_error" : "error",
                    call->rig->last_error.text);
     }
@@ -36,7 +36,7 @@ static void put_last_error(const struct command_call *call) {
 static int put_pan(const struct command_call *call, unsigned side) {
     int32_t angle_urad = 0;
     const int error = rig_pan_read(call->rig, side, &angle_urad);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_number(call, "pan", (double)angle_urad / urad_per_degree, 3, "deg");
     }
     return error;
@@ -46,7 +46,7 @@ static int put_lens(const struct command_call *call, unsigned side) {
     static const char *const sigmas[LENS_AXES] = {"zoom_sigma", "focus_sigma", "iris_sigma"};
     struct lens_mean means[LENS_AXES];
     const int error = rig_lens_read_mean(call->rig, side, RIG_LENS_READINGS, means);
-    for (int axis = 0; error == 0 && axis < LENS_AXES; axis++) {
+    for (int axis = 0; error == ERROR_OK && axis < LENS_AXES; axis++) {
         if (rig_has_axis(&call->rig->profile, side, (enum lens_axis)axis)) {
             reply_number(call, lens_axis_names[axis], means[axis].position_q4 / 16.0, 2, "counts");
             reply_number(call, sigmas[axis], means[axis].sigma_q4 / 16.0, 2, "counts");
@@ -59,12 +59,12 @@ static int put_lens(const struct command_call *call, unsigned side) {
 static int put_side(const struct command_call *call, unsigned side) {
     const struct rig *rig = call->rig;
     INVARIANT(side < RIG_SIDES);
-    int error = 0;
+    int error = ERROR_OK;
     reply_group_begin(call, commands_side_name(side), false);
     if (rig->profile.servos) {
         error = put_pan(call, side);
     }
-    if (error == 0 && rig_has_lens(&rig->profile, side)) {
+    if (error == ERROR_OK && rig_has_lens(&rig->profile, side)) {
         error = put_lens(call, side);
     }
     // 0: never set here, so the camera decides.
@@ -84,7 +84,7 @@ int commands_state_status(const struct command_call *call) {
     reply_text(call, "profile", rig->profile.name);
     put_last_error(call);
     if (rig->state != RIG_READY) {
-        return 0;
+        return ERROR_OK;
     }
     reply_group_begin(call, "window", false);
     reply_number(call, "width", rig->format.width_px, 0, "px");
@@ -92,13 +92,13 @@ int commands_state_status(const struct command_call *call) {
     reply_group_end(call);
     reply_number(call, "pairs", rig->pairs, 0, NULL);
     const int error = put_side(call, RIG_LEFT);
-    return error != 0 ? error : put_side(call, RIG_RIGHT);
+    return error != ERROR_OK ? error : put_side(call, RIG_RIGHT);
 }
 
 /// Part, state, and why its device could not be opened, if so.
 static void put_state(const struct command_call *call, enum rig_part part, const char *state) {
     const struct rig_devices *devices = call->rig->ports.devices;
-    const bool failed = call->rig->health[part].error != 0;
+    const bool failed = call->rig->health[part].error != ERROR_OK;
     const char *why = failed && devices != NULL ? devices->missing(devices->self, part) : NULL;
     reply_text(call, "part", rig_part_text(part));
     reply_text(call, "state", state);
@@ -111,9 +111,9 @@ static void put_part(const struct command_call *call, enum rig_part part, uint64
     const struct rig_part_health *health = &call->rig->health[part];
     reply_group_begin(call, NULL, false);
     put_state(call, part,
-              !health->present     ? "missing"
-              : health->error == 0 ? "works"
-                                   : error_text(health->error));
+              !health->present            ? "missing"
+              : health->error == ERROR_OK ? "works"
+                                          : error_text(health->error));
     reply_number(call, "uses", health->uses, 0, NULL);
     reply_number(call, "failures", health->failures, 0, NULL);
     if (health->last_us != 0 && now_us >= health->last_us) {
@@ -166,13 +166,13 @@ static void put_cameras(const struct command_call *call) {
 int commands_state_health(const struct command_call *call) {
     struct rig *rig = call->rig;
     // A check only takes time; before the bring-up there is nothing to check.
-    const int error = rig->state == RIG_DOWN ? 0 : rig_check(rig);
+    const int error = rig->state == RIG_DOWN ? ERROR_OK : rig_check(rig);
     const uint64_t now_us = rig->ports.clock->operations->now_us(rig->ports.clock->self);
     reply_text(call, "state", state_name(rig->state));
     put_last_error(call);
     reply_group_begin(call, "parts", true);
     for (int part = RIG_PART_NONE + 1; part < RIG_PARTS; part++) {
-        if (rig->health[part].present || rig->health[part].error != 0) {
+        if (rig->health[part].present || rig->health[part].error != ERROR_OK) {
             put_part(call, (enum rig_part)part, now_us);
         }
     }
@@ -186,7 +186,8 @@ int commands_state_health(const struct command_call *call) {
         return error;
     }
     // Report the failure that made the rig safe; it may be from this check.
-    const bool failed = rig->last_error.error != 0 && rig->health[rig->last_error.part].error != 0;
+    const bool failed =
+        rig->last_error.error != ERROR_OK && rig->health[rig->last_error.part].error != ERROR_OK;
     return failed ? rig->last_error.error : commands_not_ready(call, "health");
 }
 
@@ -196,10 +197,10 @@ int commands_state_bringup(const struct command_call *call) {
     reply_group_begin(call, "parts", true);
     for (int part = RIG_PART_NONE + 1; part < RIG_PARTS; part++) {
         const struct rig_part_health *health = &call->rig->health[part];
-        if (health->present || health->error != 0) {
+        if (health->present || health->error != ERROR_OK) {
             reply_group_begin(call, NULL, false);
             put_state(call, (enum rig_part)part,
-                      health->error == 0 ? "works" : error_text(health->error));
+                      health->error == ERROR_OK ? "works" : error_text(health->error));
             reply_group_end(call);
         }
     }
@@ -233,12 +234,12 @@ int commands_state_wait(const struct command_call *call) {
                                    (uint32_t)(total_us / 1000));
         }
         const int error = rig_serve(rig);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return error;
         }
         const uint64_t next_us = now_us + IDLE_US;
         clock->operations->wait_until_us(clock->self, next_us < end_us ? next_us : end_us);
         now_us = clock->operations->now_us(clock->self);
     }
-    return 0;
+    return ERROR_OK;
 }

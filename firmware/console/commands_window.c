@@ -17,7 +17,7 @@ static int check_size(const struct command_call *call, unsigned which, const cha
     const int64_t min_px = (MIN_PX + step_px - 1) / step_px * step_px;
     const int64_t max_px = all_px / step_px * step_px;
     if (size_px >= min_px && size_px <= max_px && size_px % step_px == 0) {
-        return 0;
+        return ERROR_OK;
     }
     struct command_text sentence = commands_sentence(call);
     command_text_join(&sentence, "window: ", name, " ");
@@ -44,7 +44,7 @@ static int check_start(const struct command_call *call, unsigned which, const ch
     if (wanted_px <= max_px && wanted_px % 2 == 0) {
         INVARIANT(wanted_px >= 0);
         *start_px = (uint16_t)wanted_px;
-        return 0;
+        return ERROR_OK;
     }
     struct command_text sentence = commands_sentence(call);
     command_text_join(&sentence, "window: ", name, "=");
@@ -64,7 +64,7 @@ static int check_side(const struct command_call *call, const struct rig_rectangl
     if (sides == (1u << RIG_LEFT | 1u << RIG_RIGHT) ||
         (where_px->width_px == other->width_px && where_px->height_px == other->height_px &&
          skip == other->skip)) {
-        return 0;
+        return ERROR_OK;
     }
     struct command_text sentence = commands_sentence(call);
     command_text_add(&sentence, "window: the other side has ");
@@ -80,24 +80,24 @@ static int check_side(const struct command_call *call, const struct rig_rectangl
 static int set_sensor_windows(const struct command_call *call, int64_t skip) {
     struct rig_rectangle where_px = {.column_px = 0};
     int error = check_size(call, WINDOW_WIDTH, "WIDTH", skip, MT9T001_WIDTH_PX);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = check_size(call, WINDOW_HEIGHT, "HEIGHT", skip, MT9T001_HEIGHT_PX);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     where_px.width_px = (uint16_t)call->values[WINDOW_WIDTH].integer;
     where_px.height_px = (uint16_t)call->values[WINDOW_HEIGHT].integer;
     error = check_start(call, WINDOW_COLUMN, "column", where_px.width_px, MT9T001_WIDTH_PX,
                         &where_px.column_px);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = check_start(call, WINDOW_ROW, "row", where_px.height_px, MT9T001_HEIGHT_PX,
                             &where_px.row_px);
     }
-    error = error == 0 ? check_side(call, &where_px, skip) : error;
-    return error != 0 ? error
-                      : rig_window_at(call->rig, commands_sides(&call->values[WINDOW_SIDE]),
-                                      &where_px, (uint8_t)skip);
+    error = error == ERROR_OK ? check_side(call, &where_px, skip) : error;
+    return error != ERROR_OK ? error
+                             : rig_window_at(call->rig, commands_sides(&call->values[WINDOW_SIDE]),
+                                             &where_px, (uint8_t)skip);
 }
 
 // Cameras with their own ports have sizes, and nothing else.
@@ -132,7 +132,7 @@ static void show_window(const struct command_call *call) {
 
 int commands_window_run(const struct command_call *call) {
     const struct command_value *values = call->values;
-    int error = 0;
+    int error = ERROR_OK;
     const bool placed = values[WINDOW_COLUMN].given || values[WINDOW_ROW].given ||
                         values[WINDOW_SKIP].given || values[WINDOW_SIDE].given;
     if (values[WINDOW_WIDTH].given ? !values[WINDOW_HEIGHT].given : placed) {
@@ -146,7 +146,7 @@ int commands_window_run(const struct command_call *call) {
         INVARIANT(skip >= 1 && skip <= UINT8_MAX);
         error = call->rig->profile.bridge ? set_sensor_windows(call, skip) : set_size(call, skip);
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         show_window(call);
     }
     return error;

@@ -215,16 +215,31 @@ int rig_pan(struct rig *self, unsigned side, int32_t angle_urad) {
     }
     struct horn horn = {.side = side};
     int error = ready(self, side);
-    error = error == ERROR_OK ? set_goal(self, &horn, angle_urad) : error;
-    return error == ERROR_OK ? rig_end(self, turn(self, &horn, 1)) : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = set_goal(self, &horn, angle_urad);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    return rig_end(self, turn(self, &horn, 1));
 }
 
 int rig_pan_both(struct rig *self, int32_t left_urad, int32_t right_urad) {
     struct horn horns[RIG_SIDES] = {{.side = RIG_LEFT}, {.side = RIG_RIGHT}};
     int error = ready(self, RIG_LEFT);
-    error = error == ERROR_OK ? set_goal(self, &horns[RIG_LEFT], left_urad) : error;
-    error = error == ERROR_OK ? set_goal(self, &horns[RIG_RIGHT], right_urad) : error;
-    return error == ERROR_OK ? rig_end(self, turn(self, horns, RIG_SIDES)) : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = set_goal(self, &horns[RIG_LEFT], left_urad);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = set_goal(self, &horns[RIG_RIGHT], right_urad);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    return rig_end(self, turn(self, horns, RIG_SIDES));
 }
 
 int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad) {

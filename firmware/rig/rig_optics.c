@@ -319,8 +319,14 @@ static double f_number_for(const struct rig *self, const struct lens_state *stat
 static int range_state(const struct rig *self, unsigned side, struct lens_state *state,
                        double *open, double *closed) {
     int error = check(self, side, LENS_IRIS, RIG_OPTICS_BLUR);
-    error = error == ERROR_OK ? state_of(self, side, state) : error;
-    return error == ERROR_OK ? iris_ends(self, side, open, closed) : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = state_of(self, side, state);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    return iris_ends(self, side, open, closed);
 }
 
 // The iris for an f-number. As far as `needed`: rounded to the closed side.

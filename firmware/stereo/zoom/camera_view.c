@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/error.h"
 #include "core/invariant.h"
 #include "core/math.h"
 #include "stereo/geometry/geometry.h"
@@ -171,6 +172,6 @@ void camera_view_pair(const struct camera_view *left, const struct camera_view *
     const int error = geometry_relative_pose(
         left->R_instrument_camera, left->position_mm, right->R_instrument_camera,
         right->position_mm, result->rotation_right_left_rad, result->translation_right_left_mm);
-    INVARIANT(error == 0);
+    INVARIANT(error == ERROR_OK);
     (void)error;
 }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
 
@@ -229,7 +230,7 @@ void zoom_depth_sigma(const struct zoom_calibration *calibration, const struct z
     zoom_pair_at(calibration->camera, state, &pair);
     *scale_sigma = calibration->scale_sigma;
     *yaw_sigma_rad = 0;
-    if (zoom_pair_calibration(&pair, &at) != 0) {
+    if (zoom_pair_calibration(&pair, &at) != ERROR_OK) {
         return;
     }
     const double met_mm = calibration_vergence_depth_mm(&at);
