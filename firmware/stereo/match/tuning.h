@@ -14,14 +14,14 @@
 enum {
     // Smoothing of noisy pairs (noise.c): sums of |second derivative| of a block of 8x8, noise of one grey level has 233.
     TUNE_NOISE_WEAK = 160,          // sum: from here on weak smoothing
-    TUNE_NOISE_STRONG = 560,        // sum: from here on strong smoothing
+    TUNE_NOISE_STRONG = 560,        // sum: from here on strong smoothing | +0.00 +0.00, +0.00 +0.00
     TUNE_NOISE_FLOOR_SHARE = 50,    // 1/n of the blocks: the smoothest ones show noise alone
     TUNE_FINE_TEXTURE = 6,          // times the noise: half of the blocks have more: no smoothing
     TUNE_COARSE_SHARE = 15,         // 1/64: half of the blocks have less of their slopes over 8 px in those over 2: coarse texture
     TUNE_COARSE_SIGNAL = 5,         // times the noise: blocks with less say nothing about coarseness
     TUNE_SMOOTHING_WEAK = 2,        // 1/16: weight of each neighbour
     TUNE_SMOOTHING_COARSE = 4,      // 1/16: where noise is weak and texture coarse
-    TUNE_SMOOTHING_STRONG = 5,      // 1/16
+    TUNE_SMOOTHING_STRONG = 5,      // 1/16 | +0.00 +0.05, +0.00 +0.00
     // Features (features.h) and cost (cost.h).
     TUNE_COLOUR_STEP = 5,           // 1/8: of the largest step of a channel, to be comparable with grey
     TUNE_SUPPORT_NARROWED = 128,    // 1/256 columns: least width on the left of a column on the right, of a steep surface
@@ -59,19 +59,19 @@ enum {
     // Checks of a winner (validation.h).
     TUNE_COST_MAX = 41,             // cost: of a winner; 99 % of the correct ones are below, unrelated images mostly above
     TUNE_COST_MAX_SMOOTHED = 39,    // cost: smoothed images are more alike
-    TUNE_COST_MAX_STRONG = 44,      // cost: of strong smoothing; correct winners differ there
+    TUNE_COST_MAX_STRONG = 44,      // cost: of strong smoothing; correct winners differ there | +0.00 +0.00, +0.00 +0.00
     TUNE_MARGIN_MIN = 23,           // cost: lead over the best rival, where contrast is faint
     TUNE_MARGIN_LEAST = 15,         // cost: the same where contrast is high
     TUNE_CONTRAST_FAINT = 16,       // grey levels up to which the whole margin is required
     TUNE_CONTRAST_COLUMNS = 16,     // columns of which contrast is measured; a power of two
     TUNE_CONTRAST_MIN = 6,          // grey levels: less: no texture
     // Accepted after all: pixels that continue the surface around them (validation.c).
-    TUNE_SUPPORT_COLUMNS = 4,       // columns to each side
-    TUNE_SUPPORT_ROWS = 2,          // rows to each side
-    TUNE_SUPPORT_STEP = 256,        // 1/256 px: larger steps are to another surface
-    TUNE_SUPPORT_COST = 23,         // of 45 pixels: for one that only its cost rejected
-    TUNE_SUPPORT_RIVAL = 30,        // of 45 pixels: for one with a rival
-    TUNE_MEAN_MARGIN_AROUND = 12,   // pixels to each side of which the mean margin is taken, every fourth
+    TUNE_SUPPORT_COLUMNS = 4,       // columns to each side | -0.01 -0.08, +0.01 +0.09
+    TUNE_SUPPORT_ROWS = 2,          // rows to each side | -0.00 -0.10, +0.01 +0.15
+    TUNE_SUPPORT_STEP = 256,        // 1/256 px: larger steps are to another surface | -0.01 -0.06, +0.00 +0.01
+    TUNE_SUPPORT_COST = 23,         // of 45 pixels: for one that only its cost rejected | -0.00 +0.01, -0.00 -0.00
+    TUNE_SUPPORT_RIVAL = 30,        // of 45 pixels: for one with a rival | +0.01 +0.14, -0.00 -0.07
+    TUNE_MEAN_MARGIN_AROUND = 12,   // pixels to each side of which the mean margin is taken, every fourth | -0.00 -0.00, +0.00 -0.01
     TUNE_MEAN_MARGIN_CAP = 60,      // cost: a higher margin counts as this
     TUNE_MEAN_MARGIN_CLEAR = 48,    // cost: mean margin from which cost and texture matter less
     // Rejected by blocks of 8x8 pixels (validation.c).
