@@ -11,11 +11,9 @@ static int run_reconstruct(int argc, char **argv) {
         {"PGM/PPM", "pgm ppm pnm", image_pnm_probe, image_pnm_read},
         {"raw", "raw", NULL, image_raw_read},
     };
-    static const struct reconstruct_command_abilities abilities = {
-        .files = {formats, sizeof formats / sizeof formats[0], calibration_loader_own},
-        .outputs = &reconstruct_outputs_plain,
-    };
-    return reconstruct_command_run(&abilities, argc, argv);
+    static const struct reconstruct_files files = {formats, sizeof formats / sizeof formats[0],
+                                                   calibration_loader_own};
+    return reconstruct_command_run(&files, &reconstruct_outputs_plain, argc, argv);
 }
 
 int main(int argc, char **argv) {

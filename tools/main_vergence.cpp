@@ -32,11 +32,15 @@ const result_writer writers[] = {
 };
 
 int run_reconstruct(int argc, char **argv) {
-    const reconstruct_outputs outputs{writers, sizeof writers / sizeof writers[0],
-                                      evaluate_truth_check, debug_maker(), mesh_maker()};
-    const reconstruct_command_abilities abilities{
-        {image_formats().first, image_formats().count, calibration_file_loader}, &outputs};
-    return reconstruct_command_run(&abilities, argc, argv);
+    const reconstruct_outputs outputs{writers,
+                                      sizeof writers / sizeof writers[0],
+                                      evaluate_truth_check,
+                                      debug_maker(),
+                                      mesh_simplify_make,
+                                      mesh_simplify_free};
+    const reconstruct_files files{image_formats().first, image_formats().count,
+                                  calibration_file_loader};
+    return reconstruct_command_run(&files, &outputs, argc, argv);
 }
 
 const client_command commands[] = {

@@ -83,16 +83,16 @@ static void print_failure(const struct reconstruct_job *job, int error) {
             job->message.text);
 }
 
-int reconstruct_command_run(const struct reconstruct_command_abilities *abilities, int argc,
-                            char **argv) {
+int reconstruct_command_run(const struct reconstruct_files *files,
+                            const struct reconstruct_outputs *outputs, int argc, char **argv) {
     struct reconstruct_request request;
-    struct reconstruct_files files = abilities->files;
+    struct reconstruct_files readable = *files;
     struct progress progress;
     static struct reconstruct_session session;
-    struct reconstruct_source source = {reconstruct_inputs_read, &files};
+    struct reconstruct_source source = {reconstruct_inputs_read, &readable};
     const struct reconstruct_observer observer = {
         .expect = expect, .progress = show_progress, .self = &progress};
-    struct reconstruct_job job = {.outputs = abilities->outputs,
+    struct reconstruct_job job = {.outputs = outputs,
                                   .request = &request,
                                   .source = &source,
                                   .texts = &texts,
@@ -101,11 +101,11 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;
     }
-    if (request.debug_path != NULL && abilities->outputs->debug_maker == NULL) {
+    if (request.debug_path != NULL && outputs->debug_maker == NULL) {
         fputs("vergence reconstruct: --debug is not supported by this program\n", stderr);
         return CLIENT_USAGE;
     }
-    if (abilities->outputs->mesh_maker == NULL &&
+    if (outputs->make_mesh == NULL &&
         (request.triangles > 0 || request.error_mm > 0 || request.compress)) {
         fputs(
             "vergence reconstruct: --triangles, --error and --compress are not supported by this "
@@ -113,8 +113,8 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
             stderr);
         return CLIENT_USAGE;
     }
-    if (result_files_check(request.files, abilities->outputs->writers,
-                           abilities->outputs->writer_count, &job.message) != ERROR_OK) {
+    if (result_files_check(request.files, outputs->writers, outputs->writer_count, &job.message) !=
+        ERROR_OK) {
         fprintf(stderr, "vergence reconstruct: %s\n", job.message.text);
         return CLIENT_USAGE;
     }
@@ -122,7 +122,7 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
         session.parent = AT_FDCWD;
         session.path = request.session_path;
         session.number = (uint32_t)request.pair;
-        session.load_calibration = files.load_calibration;
+        session.load_calibration = files->load_calibration;
         session.missing =
             ": give --calibration FILE (or --rectified for a rectified pair without one)";
         source = (struct reconstruct_source){reconstruct_session_read, &session};

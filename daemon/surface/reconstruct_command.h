@@ -10,14 +10,9 @@
 extern "C" {
 #endif
 
-struct reconstruct_command_abilities {
-    struct reconstruct_files files;
-    const struct reconstruct_outputs *outputs;
-};
-
-/// Runs the command and returns its exit code, see client.h.
-int reconstruct_command_run(const struct reconstruct_command_abilities *abilities, int argc,
-                            char **argv);
+/// Runs the command and returns its exit code, see client.h. `files`: what can be read.
+int reconstruct_command_run(const struct reconstruct_files *files,
+                            const struct reconstruct_outputs *outputs, int argc, char **argv);
 
 #ifdef __cplusplus
 }

@@ -62,7 +62,7 @@ static void choose_options(struct reconstruct_job *job) {
     options->fill = request->fill;
     options->refine = !request->no_refine;
     // Only the host's writers read the surface as a whole.
-    options->recompute_surface = job->outputs->mesh_maker == NULL;
+    options->recompute_surface = job->outputs->make_mesh == NULL;
     if (request->preset >= 0) {
         options->preset = (enum match_preset)request->preset;
     }
@@ -239,14 +239,14 @@ static int allocate(struct reconstruct_job *job) {
         return message_set(&job->message, ERROR_MEMORY, "out of memory for threads");
     }
     job->context.threads = workers_parallel(job->workers)->threads;
-    const struct reconstruct_files_wanted wanted = {
-        job->outputs->writers, job->outputs->writer_count, job->request->files};
-    const struct free_space need = reconstruct_space_need(&job->context, &wanted);
+    const struct free_space need =
+        reconstruct_space_need(&job->context, job->outputs, job->request->files);
     job->context.arena_bytes = job->memory_bytes = (size_t)need.memory_bytes;
     if (job->check_space) {
         const struct free_space available = free_space_now(job->files, job->files_limit_bytes);
         if (!free_space_fits(&available, &need)) {
-            return reconstruct_space_refuse(&job->context, &wanted, &available, &job->message);
+            return reconstruct_space_refuse(&job->context, job->outputs, job->request->files,
+                                            &available, &job->message);
         }
     }
     job->memory = mmap(NULL, job->memory_bytes, PROT_READ | PROT_WRITE,
@@ -377,14 +377,13 @@ static bool is_wanted(const struct reconstruct_job *job, const char *file_name) 
 
 /// Only if a file will contain it.
 static int simplify(struct reconstruct_job *job) {
-    const struct reconstruct_mesh_maker *maker = job->outputs->mesh_maker;
     const struct reconstruct_request *request = job->request;
     const bool requested = request->triangles > 0 || request->error_mm > 0;
-    if (maker == NULL || job->result.triangle_count == 0 ||
+    if (job->outputs->make_mesh == NULL || job->result.triangle_count == 0 ||
         !(is_wanted(job, "mesh.glb") || (requested && is_wanted(job, "mesh.ply")))) {
         return ERROR_OK;
     }
-    const int error = maker->make(&job->context, request, &job->mesh, &job->message);
+    const int error = job->outputs->make_mesh(&job->context, request, &job->mesh, &job->message);
     if (error == ERROR_OK) {
         job->mesh.requested = requested;
         job->context.mesh = &job->mesh;
@@ -489,8 +488,8 @@ int reconstruct_job_run(struct reconstruct_job *job) {
 }
 
 void reconstruct_job_end(struct reconstruct_job *job) {
-    if (job->outputs->mesh_maker != NULL) {
-        job->outputs->mesh_maker->free(&job->mesh);
+    if (job->outputs->make_mesh != NULL) {
+        job->outputs->free_mesh(&job->mesh);
     }
     reconstruct_debug_end(&job->debug);
     atomic_dir_abort(&job->directory);

@@ -23,15 +23,6 @@ enum {
     RECONSTRUCT_WORK_STAGES,
 };
 
-/// Simplifies the surface for the mesh files.
-struct reconstruct_mesh_maker {
-    /// Makes the mesh that `request` asks for, or the default mesh. The result must have triangles.
-    /// ERROR_MEMORY, ERROR_CANCELLED with `message` set; may add warnings to `context`.
-    int (*make)(struct reconstruct_context *context, const struct reconstruct_request *request,
-                struct reconstruct_mesh *mesh, struct message *message);
-    void (*free)(struct reconstruct_mesh *mesh);  // no effect on a zeroed mesh
-};
-
 /// What can be written.
 struct reconstruct_outputs {
     const struct result_writer *writers;  // run in this order; result.json must be last
@@ -42,7 +33,12 @@ struct reconstruct_outputs {
     int (*check_truth)(const struct reconstruct_context *context, int size_px[2],
                        struct message *message);
     const struct reconstruct_debug_maker *debug_maker;  // NULL: no images of the matcher
-    const struct reconstruct_mesh_maker *mesh_maker;    // NULL: mesh files hold the full surface
+    /// Simplifies the surface for the mesh files: as `request` asks, or by default. The result must
+    /// have triangles. ERROR_MEMORY, ERROR_CANCELLED with `message` set; may add warnings to
+    /// `context`. NULL: mesh files hold the full surface.
+    int (*make_mesh)(struct reconstruct_context *context, const struct reconstruct_request *request,
+                     struct reconstruct_mesh *mesh, struct message *message);
+    void (*free_mesh)(struct reconstruct_mesh *mesh);  // no effect on a zeroed mesh
 };
 
 /// What every build can write: no images, no report.

@@ -14,23 +14,23 @@ static const char mesh_name[] = "mesh.ply";
 /// What a message is made from.
 struct refusal {
     const struct reconstruct_context *context;
-    const struct reconstruct_files_wanted *wanted;
+    const struct reconstruct_outputs *outputs;
+    const char *list;
     const struct free_space *available;
 };
 
 /// What is needed under a plan. `mesh`: with the mesh, if it is wanted.
 static struct free_space need_of(const struct reconstruct_context *context,
-                                 const struct reconstruct_files_wanted *wanted,
+                                 const struct reconstruct_outputs *outputs, const char *list,
                                  const struct rectify_plan *plan, bool mesh) {
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
     const int width_px = context->left.width_px > context->right.width_px ? context->left.width_px
                                                                           : context->right.width_px;
     struct free_space need = {
         .memory_bytes = reconstruct_need_bytes(width_px, plan, context->options, context->threads)};
-    for (int i = 0; i < wanted->writer_count; i++) {
-        const struct result_writer *writer = &wanted->writers[i];
-        const bool listed =
-            wanted->list == NULL || result_files_has(wanted->list, writer->file_name);
+    for (int i = 0; i < outputs->writer_count; i++) {
+        const struct result_writer *writer = &outputs->writers[i];
+        const bool listed = list == NULL || result_files_has(list, writer->file_name);
         if (listed && (mesh || strcmp(writer->file_name, mesh_name) != 0)) {
             need.files_bytes += (uint64_t)writer->pixel_bytes * pixels + HEAD_BYTES;
         }
@@ -39,8 +39,9 @@ static struct free_space need_of(const struct reconstruct_context *context,
 }
 
 struct free_space reconstruct_space_need(const struct reconstruct_context *context,
-                                         const struct reconstruct_files_wanted *wanted) {
-    return need_of(context, wanted, &context->result->plan, true);
+                                         const struct reconstruct_outputs *outputs,
+                                         const char *list) {
+    return need_of(context, outputs, list, &context->result->plan, true);
 }
 
 /// Options for a part of the image: by a smaller scale, or a region in its middle.
@@ -71,7 +72,7 @@ static bool advise_part(const struct refusal *self, bool region, char text[ADVIC
         if (rectify_plan_make(context->calibration, &options, &plan) != ERROR_OK) {
             continue;
         }
-        const struct free_space need = need_of(context, self->wanted, &plan, true);
+        const struct free_space need = need_of(context, self->outputs, self->list, &plan, true);
         if (!free_space_fits(self->available, &need)) {
             continue;
         }
@@ -96,8 +97,9 @@ static void advise(const struct refusal *self, char advice[MESSAGE_BYTES]) {
         count += advise_part(self, false, parts[count]);
     }
     count += advise_part(self, true, parts[count]);
-    const struct free_space all = reconstruct_space_need(context, self->wanted);
-    const struct free_space need = need_of(context, self->wanted, &context->result->plan, false);
+    const struct free_space all = reconstruct_space_need(context, self->outputs, self->list);
+    const struct free_space need =
+        need_of(context, self->outputs, self->list, &context->result->plan, false);
     if (need.files_bytes < all.files_bytes && free_space_fits(self->available, &need)) {
         snprintf(parts[count++], ADVICE_BYTES, "all files but %s", mesh_name);
     }
@@ -114,10 +116,10 @@ static void advise(const struct refusal *self, char advice[MESSAGE_BYTES]) {
 }
 
 int reconstruct_space_refuse(const struct reconstruct_context *context,
-                             const struct reconstruct_files_wanted *wanted,
+                             const struct reconstruct_outputs *outputs, const char *list,
                              const struct free_space *available, struct message *message) {
-    const struct refusal self = {context, wanted, available};
-    const struct free_space need = reconstruct_space_need(context, wanted);
+    const struct refusal self = {context, outputs, list, available};
+    const struct free_space need = reconstruct_space_need(context, outputs, list);
     char advice[MESSAGE_BYTES];
     advise(&self, advice);
     if (need.files_bytes > available->files_bytes) {

@@ -309,8 +309,10 @@ void make(reconstruct_context *context, const reconstruct_request &request,
     }
 }
 
-int make_mesh(reconstruct_context *context, const reconstruct_request *request,
-              reconstruct_mesh *mesh, message *message) {
+}  // namespace
+
+int mesh_simplify_make(reconstruct_context *context, const reconstruct_request *request,
+                       reconstruct_mesh *mesh, message *message) {
     try {
         make(context, *request, mesh);
     } catch (const cancelled &) {
@@ -324,17 +326,10 @@ int make_mesh(reconstruct_context *context, const reconstruct_request *request,
     return ERROR_OK;
 }
 
-void free_mesh(reconstruct_mesh *mesh) {
+void mesh_simplify_free(reconstruct_mesh *mesh) {
     std::free(mesh->result.points);
     std::free(mesh->result.vertex_pixel);
     std::free(mesh->result.normals_q14);
     std::free(mesh->result.triangles);
     clear(&mesh->result);
-}
-
-}  // namespace
-
-const reconstruct_mesh_maker *mesh_maker() {
-    static const reconstruct_mesh_maker maker{make_mesh, free_mesh};
-    return &maker;
 }

@@ -12,7 +12,9 @@
 
 #include "daemon/surface/reconstruct_job.h"
 
-/// For reconstruct_outputs; static storage.
-const reconstruct_mesh_maker *mesh_maker();
+/// `make_mesh` and `free_mesh` of reconstruct_outputs.
+int mesh_simplify_make(reconstruct_context *context, const reconstruct_request *request,
+                       reconstruct_mesh *mesh, message *message);
+void mesh_simplify_free(reconstruct_mesh *mesh);
 
 #endif
