@@ -285,16 +285,17 @@ static void keep_peaks(const struct surface *self) {
 }
 
 static int compute(struct surface *self) {
-    const struct reconstruct_source source = {read_session, self};
-    const struct reconstruct_observer observer = {
-        .should_stop = should_stop, .progress = show_progress, .self = self};
+    const struct reconstruct_caller caller = {.read = read_session,
+                                              .source = self,
+                                              .should_stop = should_stop,
+                                              .progress = show_progress,
+                                              .self = self};
     struct reconstruct_job *job = &self->job;
     self->request.out_path = self->out_path;
     job->outputs = &reconstruct_outputs_plain;
     job->request = &self->request;
-    job->source = &source;
     job->texts = &texts;
-    job->observer = &observer;
+    job->caller = &caller;
     job->check_space = true;
     job->files = daemon_of(self->call)->files_fd;
     job->files_limit_bytes = (uint64_t)daemon_of(self->call)->config.files_limit_mb * 1000000;

@@ -89,14 +89,13 @@ int reconstruct_command_run(const struct reconstruct_files *files,
     struct reconstruct_files readable = *files;
     struct progress progress;
     static struct reconstruct_session session;
-    struct reconstruct_source source = {reconstruct_inputs_read, &readable};
-    const struct reconstruct_observer observer = {
-        .expect = expect, .progress = show_progress, .self = &progress};
-    struct reconstruct_job job = {.outputs = outputs,
-                                  .request = &request,
-                                  .source = &source,
-                                  .texts = &texts,
-                                  .observer = &observer};
+    struct reconstruct_caller caller = {.read = reconstruct_inputs_read,
+                                        .source = &readable,
+                                        .expect = expect,
+                                        .progress = show_progress,
+                                        .self = &progress};
+    struct reconstruct_job job = {
+        .outputs = outputs, .request = &request, .texts = &texts, .caller = &caller};
     const int exit_code = reconstruct_request_parse(argc, argv, &request);
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;
@@ -125,7 +124,8 @@ int reconstruct_command_run(const struct reconstruct_files *files,
         session.load_calibration = files->load_calibration;
         session.missing =
             ": give --calibration FILE (or --rectified for a rectified pair without one)";
-        source = (struct reconstruct_source){reconstruct_session_read, &session};
+        caller.read = reconstruct_session_read;
+        caller.source = &session;
     }
     interrupt_catch();
     progress_begin(&progress, request.quiet);

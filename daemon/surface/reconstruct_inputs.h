@@ -20,18 +20,8 @@ struct reconstruct_inputs {
     bool metric;
 };
 
-/// Source of the inputs. `read` provides what the request asks for and adds assumptions and doubts
-/// to the context's warnings. Returns 0, or a negative error code with `message` set and nothing to
-/// free. What `self` points to stays valid until reconstruct_inputs_free.
-struct reconstruct_source {
-    int (*read)(void *self, const struct reconstruct_request *request,
-                struct reconstruct_inputs *inputs, struct reconstruct_context *context,
-                struct message *message);
-    void *self;
-};
-
-/// The files that the request names, in the formats that a program can read: `self` of
-/// reconstruct_inputs_read, which is a source's `read`.
+/// The files that the request names, in the formats that a program can read: `source` of
+/// reconstruct_inputs_read, a job's `read`.
 struct reconstruct_files {
     const struct image_format *formats;
     int format_count;
@@ -41,19 +31,19 @@ int reconstruct_inputs_read(void *files, const struct reconstruct_request *reque
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message);
 
-/// For sources, once the images are read: loads the calibration that the request names, unchanged,
-/// or assumes one for the images if it names none.
+/// For functions `read` of a job, once the images are read: loads the calibration that the request
+/// names, unchanged, or assumes one for the images if it names none.
 int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
                                  calibration_loader *load, struct reconstruct_inputs *inputs,
                                  struct reconstruct_context *context, struct message *message);
 
-/// For sources: fits the calibration named `name` to the images in memory, which may have been
-/// shrunk while reading. A calibration for images of their present size is used unchanged.
-/// ERROR_SIZE_MISMATCH and others with `message` set.
+/// For functions `read` of a job: fits the calibration named `name` to the images in memory, which
+/// may have been shrunk while reading. A calibration for images of their present size is used
+/// unchanged. ERROR_SIZE_MISMATCH and others with `message` set.
 int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
                            struct message *message);
 
-/// For sources: rejects images that are too small; and warns of doubts about
+/// For functions `read` of a job: rejects images that are too small; and warns of doubts about
 /// them.
 int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct message *message);
 void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,

@@ -31,8 +31,8 @@ static const char interrupted[] = "interrupted; nothing was written";
 
 static bool show_progress(void *self, enum reconstruct_stage stage, int done, int total) {
     const struct reconstruct_job *job = self;
-    job->observer->progress(job->observer->self, (int)stage, reconstruct_stage_text(stage), done,
-                            total);
+    job->caller->progress(job->caller->self, (int)stage, reconstruct_stage_text(stage), done,
+                          total);
     return !interrupt_requested();
 }
 
@@ -199,9 +199,9 @@ static int prepare(struct reconstruct_job *job) {
         error = protect_inputs(job, &job->message);
     }
     if (error == ERROR_OK) {
-        const struct reconstruct_source *source = job->source;
+        const struct reconstruct_caller *caller = job->caller;
         error =
-            source->read(source->self, job->request, &job->inputs, &job->context, &job->message);
+            caller->read(caller->source, job->request, &job->inputs, &job->context, &job->message);
     }
     if (error != ERROR_OK) {
         return error;
@@ -296,8 +296,8 @@ static int compute(struct reconstruct_job *job) {
     double work_ns[RECONSTRUCT_WORK_STAGES];
     estimate_work(&job->context.left, &job->result.plan, &job->options, job->context.threads,
                   work_ns);
-    if (job->observer->expect != NULL) {
-        job->observer->expect(job->observer->self, work_ns, RECONSTRUCT_WORK_STAGES);
+    if (job->caller->expect != NULL) {
+        job->caller->expect(job->caller->self, work_ns, RECONSTRUCT_WORK_STAGES);
     }
     struct arena arena;
     arena_init(&arena, job->memory, job->memory_bytes);
@@ -397,8 +397,8 @@ static int write_results(struct reconstruct_job *job) {
     for (int i = 0; i < outputs->writer_count; i++) {
         const struct result_writer *writer = &outputs->writers[i];
         char path[ATOMIC_DIR_PATH_BYTES];
-        job->observer->progress(job->observer->self, RECONSTRUCT_WORK_WRITE, "write", i,
-                                outputs->writer_count);
+        job->caller->progress(job->caller->self, RECONSTRUCT_WORK_WRITE, "write", i,
+                              outputs->writer_count);
         if (interrupt_requested()) {
             return message_set(&job->message, ERROR_CANCELLED, "%s", interrupted);
         }
@@ -420,7 +420,8 @@ static int write_results(struct reconstruct_job *job) {
 static int list_names(const struct reconstruct_job *job, bool all, const char **names) {
     const struct reconstruct_outputs *outputs = job->outputs;
     int count = 0;
-    INVARIANT(outputs->writer_count >= 1 && outputs->writer_count <= RECONSTRUCT_JOB_WRITERS_MAX);
+    INVARIANT(outputs->writer_count >= 1 &&
+              outputs->writer_count <= RECONSTRUCT_OUTPUTS_WRITERS_MAX);
     for (int i = 0; i < outputs->writer_count; i++) {
         if (all || is_wanted(job, outputs->writers[i].file_name)) {
             names[count++] = outputs->writers[i].file_name;
@@ -430,7 +431,7 @@ static int list_names(const struct reconstruct_job *job, bool all, const char **
 }
 
 static int commit_results(struct reconstruct_job *job) {
-    const char *names[RECONSTRUCT_JOB_WRITERS_MAX];
+    const char *names[RECONSTRUCT_OUTPUTS_WRITERS_MAX];
     const int count = list_names(job, true, names);
     return atomic_dir_commit(&job->directory, names, count, names[count - 1], &job->message);
 }
@@ -447,7 +448,7 @@ static int draw(struct reconstruct_job *job, int error) {
 }
 
 static int begin_directory(struct reconstruct_job *job) {
-    const char *names[RECONSTRUCT_JOB_WRITERS_MAX];
+    const char *names[RECONSTRUCT_OUTPUTS_WRITERS_MAX];
     const int count = list_names(job, false, names);
     const int error =
         atomic_dir_begin(&job->directory, job->request->out_path, names, count, &job->message);
@@ -480,7 +481,7 @@ int reconstruct_job_run(struct reconstruct_job *job) {
     job->start_us = monotonic_now_us();
     job->context.texts = job->texts;
     job->directory = job->debug.directory = (struct atomic_dir){.lock_fd = -1};
-    interrupt_ask(job->observer->should_stop, job->observer->self);
+    interrupt_ask(job->caller->should_stop, job->caller->self);
     const int error = run(job);
     interrupt_ask(NULL, NULL);
     INVARIANT(error == ERROR_OK || job->message.text[0] != '\0');

@@ -6,8 +6,8 @@
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_JOB_H
 
 #include "daemon/files/atomic_dir.h"
-#include "daemon/surface/reconstruct_debug.h"
 #include "daemon/surface/reconstruct_inputs.h"
+#include "daemon/surface/reconstruct_outputs.h"
 #include "daemon/surface/reconstruct_request.h"
 #include "daemon/surface/result/reconstruct_context.h"
 #include "stereo/reconstruct.h"
@@ -17,35 +17,24 @@ extern "C" {
 #endif
 
 enum {
-    RECONSTRUCT_JOB_WRITERS_MAX = 24,
     /// The stages that progress is reported for: enum reconstruct_stage, then writing the results.
     RECONSTRUCT_WORK_WRITE = RECONSTRUCT_STAGES,
     RECONSTRUCT_WORK_STAGES,
 };
 
-/// What can be written.
-struct reconstruct_outputs {
-    const struct result_writer *writers;  // run in this order; result.json must be last
-    int writer_count;                     // 1..RECONSTRUCT_JOB_WRITERS_MAX
-    /// Reads the ground truth and the mask that `context` names, so that unreadable files are
-    /// rejected before the work; returns width and height. NULL: no writer compares with ground
-    /// truth.
-    int (*check_truth)(const struct reconstruct_context *context, int size_px[2],
-                       struct message *message);
-    const struct reconstruct_debug_maker *debug_maker;  // NULL: no images of the matcher
-    /// Simplifies the surface for the mesh files: as `request` asks, or by default. The result must
-    /// have triangles. ERROR_MEMORY, ERROR_CANCELLED with `message` set; may add warnings to
-    /// `context`. NULL: mesh files hold the full surface.
-    int (*make_mesh)(struct reconstruct_context *context, const struct reconstruct_request *request,
-                     struct reconstruct_mesh *mesh, struct message *message);
-    void (*free_mesh)(struct reconstruct_mesh *mesh);  // no effect on a zeroed mesh
-};
-
 /// What every build can write: no images, no report.
 extern const struct reconstruct_outputs reconstruct_outputs_plain;
 
-/// Observer of a job. All functions are called on the thread that runs the job.
-struct reconstruct_observer {
+/// Who runs a job: where its inputs come from and who observes it. All functions are called on the
+/// thread that runs the job.
+struct reconstruct_caller {
+    /// Provides what the request asks for and adds assumptions and doubts to the context's
+    /// warnings. Returns 0, or a negative error code with `message` set and nothing to free. What
+    /// `source` points to stays valid until the job ends.
+    int (*read)(void *source, const struct reconstruct_request *request,
+                struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                struct message *message);
+    void *source;
     /// True: the job should end soon with ERROR_CANCELLED. NULL: only signals end it.
     bool (*should_stop)(void *self);
     /// Relative work of the stages 0 to `stages` - 1, before they begin. NULL: not wanted.
@@ -59,9 +48,8 @@ struct reconstruct_observer {
 struct reconstruct_job {
     const struct reconstruct_outputs *outputs;
     const struct reconstruct_request *request;
-    const struct reconstruct_source *source;
     const struct reconstruct_texts *texts;
-    const struct reconstruct_observer *observer;
+    const struct reconstruct_caller *caller;
     /// Check before the work that there is room for it and its files, which go into the directory
     /// `files` with its limit, see free_space_now.
     bool check_space;

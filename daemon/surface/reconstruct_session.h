@@ -51,7 +51,7 @@ struct reconstruct_session {
     char calibration_name[RECONSTRUCT_SESSION_NAME_BYTES];
 };
 
-/// A source's `read`. In addition to its errors: those of session_reader_open, ERROR_MISSING (no
+/// A job's `read`. In addition to its errors: those of session_reader_open, ERROR_MISSING (no
 /// such pair, no calibration), ERROR_CRC (a file differs from what was recorded).
 int reconstruct_session_read(void *session, const struct reconstruct_request *request,
                              struct reconstruct_inputs *inputs, struct reconstruct_context *context,

@@ -4,7 +4,7 @@
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_SPACE_H
 
 #include "daemon/files/free_space.h"
-#include "daemon/surface/reconstruct_job.h"
+#include "daemon/surface/reconstruct_outputs.h"
 
 #ifdef __cplusplus
 extern "C" {
