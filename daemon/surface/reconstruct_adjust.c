@@ -204,6 +204,6 @@ void reconstruct_adjust_doubt(struct reconstruct_context *context) {
         reconstruct_context_warn(context,
                                  "the cameras are not where the calibration expects them (%.1f "
                                  "standard deviations, rows %.2f px apart): calibrate again",
-                                 report->surprise, report->rows_px);
+                                 report->chi_square_score, report->rows_px);
     }
 }

@@ -9,7 +9,7 @@
 // Above this part of the height a reciprocal is close to a parabola for all textures, the closer
 // the higher; this many samples are enough.
 static const double fit_parts[] = {0.8, 0.65, 0.45, 0.2};
-enum { FIT_PARTS = 4, FIT_SAMPLES = 7, FIT_REACH = 2, HUMP_SAMPLES = 8, HUMP_FITS = 3 };
+enum { FIT_PARTS = 4, FIT_SAMPLES = 7, FIT_REACH = 2, WIDE_PEAK_SAMPLES = 8, WIDE_PEAK_FITS = 3 };
 // A second peak has this part of the height of the first, and the valley between both this part of
 // the second. Repeating patterns have side lobes of a third: where the blur inverts them.
 static const double second_part = 0.5, valley_part = 0.7;
@@ -357,12 +357,12 @@ bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *
 }
 
 // A parabola through the samples from `min` to `max`, upside down; u is in `half` around `middle`.
-struct hump {
+struct wide_peak {
     double position, deviation, curvature, height, significance;
 };
 
-static bool fit_hump(const struct point *order, unsigned count, double middle, double half,
-                     struct hump *hump) {
+static bool fit_wide_peak(const struct point *order, unsigned count, double middle, double half,
+                          struct wide_peak *wide_peak) {
     struct sums sums = {.u0 = 0};
     double vertex = 0, variance = 0, lowest = 0, curvature = 0, squares = 0;
     for (unsigned i = 0; i < count; i++) {
@@ -371,7 +371,7 @@ static bool fit_hump(const struct point *order, unsigned count, double middle, d
             add_value(&sums, u, -order[i].value, 1);
         }
     }
-    if (sums.u0 < HUMP_SAMPLES || !solve(&sums, &vertex, &variance, &lowest, &curvature)) {
+    if (sums.u0 < WIDE_PEAK_SAMPLES || !solve(&sums, &vertex, &variance, &lowest, &curvature)) {
         return false;
     }
     for (unsigned i = 0; i < count; i++) {
@@ -382,31 +382,34 @@ static bool fit_hump(const struct point *order, unsigned count, double middle, d
     const double scatter = sqrt(squares / (sums.u0 - 3));
     // Of evenly spaced samples the mean fourth power less the squared mean square is 4/45.
     const double curvature_deviation = scatter / sqrt(sums.u0 * 4 / 45) + 1e-12;
-    *hump = (struct hump){.position = middle + vertex * half,
-                          .deviation = sqrt(variance) * scatter * half,
-                          .curvature = curvature / (half * half),
-                          .height = -lowest,
-                          .significance = curvature / curvature_deviation};
+    *wide_peak = (struct wide_peak){.position = middle + vertex * half,
+                                    .deviation = sqrt(variance) * scatter * half,
+                                    .curvature = curvature / (half * half),
+                                    .height = -lowest,
+                                    .significance = curvature / curvature_deviation};
     return true;
 }
 
-bool focus_curve_hump(const struct focus_curve *curve, const struct focus_range *range,
-                      double significant, struct focus_peak *peak) {
+bool focus_curve_wide_peak(const struct focus_curve *curve, const struct focus_range *range,
+                           double significant, struct focus_peak *peak) {
     struct point order[FOCUS_SAMPLES_MAX];
     const unsigned count = sorted(curve, range, order);
-    struct hump hump, best = {.significance = 0};
-    if (count < HUMP_SAMPLES) {
+    struct wide_peak wide_peak, best = {.significance = 0};
+    if (count < WIDE_PEAK_SAMPLES) {
         return false;
     }
     const double min = order[0].position, max = order[count - 1].position;
     double middle = (min + max) / 2, half = (max - min) / 2;
     // Narrower and narrower around it, as long as it is seen.
-    for (int i = 0; i < HUMP_FITS && half > 0; i++) {
-        if (!fit_hump(order, count, middle, half, &hump) || hump.significance < significant) {
+    for (int i = 0; i < WIDE_PEAK_FITS && half > 0; i++) {
+        if (!fit_wide_peak(order, count, middle, half, &wide_peak) ||
+            wide_peak.significance < significant) {
             break;
         }
-        best = hump;
-        best.position = hump.position < min ? min : hump.position > max ? max : hump.position;
+        best = wide_peak;
+        best.position = wide_peak.position < min   ? min
+                        : wide_peak.position > max ? max
+                                                   : wide_peak.position;
         middle = best.position;
         half = (max - min) / 2 / (2 << i);
     }

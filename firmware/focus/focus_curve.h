@@ -95,8 +95,8 @@ bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *
 /// Locates a peak so wide that samples next to each other hardly differ: the vertex of a parabola
 /// through all samples of the range, then through the nearer half and quarter, as long as its
 /// curvature is `significant` times its standard deviation. False: none is.
-bool focus_curve_hump(const struct focus_curve *curve, const struct focus_range *range,
-                      double significant, struct focus_peak *peak);
+bool focus_curve_wide_peak(const struct focus_curve *curve, const struct focus_range *range,
+                           double significant, struct focus_peak *peak);
 
 /// Sharpness that the fitted peak predicts at a position.
 double focus_peak_at(const struct focus_peak *peak, double position);

@@ -143,18 +143,19 @@ bool focus_find_subject(const struct focus_search *self, unsigned leg, double mi
     return false;
 }
 
-bool focus_find_hump(struct focus_search *self, double least, struct focus_peak *peak) {
+bool focus_find_wide_peak(struct focus_search *self, double least, struct focus_peak *peak) {
     bool found = false;
     for (int i = 0; i < FOCUS_CHANNELS; i++) {
         const struct focus_range range = focus_find_range(1u << FOCUS_LEG_SWEEP, finest[i],
                                                           self->options.min, self->options.max);
-        struct focus_peak hump;
-        if (focus_curve_hump(&self->curve, &range, least, &hump) &&
-            hump.height >= contrast_min(self) * unit_of(self, finest[i]) && stands_out(&hump) &&
-            !is_too_wide(self, &hump) && (!found || hump.deviation < peak->deviation)) {
+        struct focus_peak wide_peak;
+        if (focus_curve_wide_peak(&self->curve, &range, least, &wide_peak) &&
+            wide_peak.height >= contrast_min(self) * unit_of(self, finest[i]) &&
+            stands_out(&wide_peak) && !is_too_wide(self, &wide_peak) &&
+            (!found || wide_peak.deviation < peak->deviation)) {
             found = true;
             self->channel = finest[i];
-            *peak = hump;
+            *peak = wide_peak;
         }
     }
     return found;
@@ -242,24 +243,24 @@ static bool light_at(const struct focus_search *self, double position, double fr
 }
 
 // By how much light may differ. That which lights bring into the region grows or falls steadily
-// while the ring moves, and not at all while it rests.
+// while the ring moves, and not at all while it stops.
 static double light_part(const struct focus_search *self) {
     const struct focus_sample *samples = self->curve.samples;
     double moving = 0, resting = 0, light = 0;
-    unsigned moves = 0, rests = 0;
+    unsigned moves = 0, stops = 0;
     for (unsigned i = 1; i + 1 < self->curve.count; i++) {
         const double middle = samples[i].mean, next = samples[i + 1].mean;
         if (samples[i].leg == FOCUS_LEG_REST && samples[i].position == samples[i + 1].position) {
             resting += fabs(next - middle);
-            rests++;
+            stops++;
         } else if (samples[i].leg != FOCUS_LEG_REST) {
             moving += fabs(middle - (samples[i - 1].mean + next) / 2);
             moves++;
         }
         light += middle;
     }
-    const double least = steady * light / math_max(moves + rests, 1);
-    return moving <= least * moves && resting <= least * rests ? steady_part : flickering_part;
+    const double least = steady * light / math_max(moves + stops, 1);
+    return moving <= least * moves && resting <= least * stops ? steady_part : flickering_part;
 }
 
 // Whether two amounts of light differ by more than this part and what black does.

@@ -45,7 +45,7 @@ bool focus_find_top(struct focus_search *self, unsigned leg, double min, double 
 
 /// Locates a wide peak of the sweep by the measure that does it best, which is then `channel`.
 /// `least`: curvature over its standard deviation.
-bool focus_find_hump(struct focus_search *self, double least, struct focus_peak *peak);
+bool focus_find_wide_peak(struct focus_search *self, double least, struct focus_peak *peak);
 
 /// Whether lights in or beside the region outshine it around the result's peak. Blur is the same at
 /// equal distances on both sides of a focus, and so is the light that it brings into the region or

@@ -270,18 +270,19 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
         set_blur(self, math_hypot(off, peak->deviation));
         return finish(self, event, verdict_of(self));
     }
-    self->rests[result->tries - 1] =
-        (struct focus_rest){event->position, event->deviation, sharpness,
-                            math_hypot(deviation, relative_spread * sharpness)};
-    const struct focus_place place = focus_rest_place(peak, self->rests, result->tries);
-    set_blur(self, place.distance);
+    self->stop_samples[result->tries - 1] =
+        (struct focus_stop_sample){event->position, event->deviation, sharpness,
+                                   math_hypot(deviation, relative_spread * sharpness)};
+    const struct focus_peak_estimate estimate =
+        focus_stop_estimate(peak, self->stop_samples, result->tries);
+    set_blur(self, estimate.distance);
     if (result->blur_counts <= accepted_part * good && same) {
         return finish(self, event, verdict_of(self));
     }
     if (result->tries < FOCUS_TRIES) {
-        return try_again(self, place.position, event->position - self->target, same);
+        return try_again(self, estimate.position, event->position - self->target, same);
     }
-    // A ring that rests where the peak was four times, with much of its sharpness, is in focus.
+    // A ring that stops where the peak was four times, with much of its sharpness, is in focus.
     const bool missed =
         sure < changed_part || (result->blur_counts > missed_part * good && fabs(off) > good);
     return finish(self, event, missed ? FOCUS_SCENE_CHANGED : verdict_of(self));
@@ -348,7 +349,7 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
                                  const struct focus_peak *peak) {
     const struct focus_search_options *options = &self->options;
     const double blur_px = (options->max - options->min) / 2 * options->blur_per_count_px;
-    struct focus_peak *hump = &self->result.peak;
+    struct focus_peak *wide_peak = &self->result.peak;
     if (self->near_only) {
         return begin_cold(self, event->position);
     }
@@ -357,7 +358,7 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
         self->result.second.height = 0;
         return begin_stops(self);
     }
-    self->wide = focus_find_hump(self, seen_curvature, hump);
+    self->wide = focus_find_wide_peak(self, seen_curvature, wide_peak);
     const bool textured = peak->floor > 4 * focus_find_least(self, self->finder);
     // Of a lens that is not known a guess may be far off.
     if (!self->wide && textured && options->blur_per_count_px <= 0) {
@@ -366,18 +367,18 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
     // Texture everywhere, and no lens position that blurs it much: the best guess.
     if (!self->wide && textured && blur_px < 4 * sharp_px) {
         self->wide = self->guessed = true;
-        if (!focus_find_hump(self, guessed_curvature, hump)) {
-            hump->position = (options->min + options->max) / 2;
-            hump->deviation = (options->max - options->min) / 4;
+        if (!focus_find_wide_peak(self, guessed_curvature, wide_peak)) {
+            wide_peak->position = (options->min + options->max) / 2;
+            wide_peak->deviation = (options->max - options->min) / 4;
         }
     }
     if (!self->wide) {
         return finish_at_start(self, FOCUS_NO_CONTRAST);
     }
-    hump->at_edge = false;
+    wide_peak->at_edge = false;
     self->result.second.height = 0;
     return options->curve_only ? finish_at_start(self, verdict_of(self))
-                               : approach(self, hump->position);
+                               : approach(self, wide_peak->position);
 }
 
 // A sweep for its curve only.

@@ -14,7 +14,7 @@
 /// sweep had too few on it; approaches the peak from that side; and is judged at rest by position
 /// and picture. Up to FOCUS_TRIES approaches are made. Where the peak is expected, only its
 /// neighbourhood is swept; if there is none, everything. Where the noise of a shorter exposure
-/// nearly hides a peak, the ring rests at several positions around it for frames of the full
+/// nearly hides a peak, the ring stops at several positions around it for frames of the full
 /// exposure.
 ///
 /// Sources: the variance as measure: Liu, Willis and Sui, "Stereoscopic 3D Reconstruction using
@@ -24,7 +24,7 @@
 #define VERGENCE_FOCUS_FOCUS_SEARCH_H
 
 #include "focus/focus_curve.h"
-#include "focus/focus_rest.h"
+#include "focus/focus_stop.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -145,7 +145,7 @@ struct focus_search {
     double pass_min, pass_max;
     unsigned passes, stops;
     uint16_t step_begin;  ///< samples before this step
-    struct focus_rest rests[FOCUS_TRIES];
+    struct focus_stop_sample stop_samples[FOCUS_TRIES];
     double off_sum;  ///< of the tries' distances from their targets
     bool slow;       ///< the sweep's noise hid a peak: looked at again
     bool wide;       ///< a picture at rest does not show how far it is

@@ -184,7 +184,7 @@ static void print_self_calibration(const struct reconstruct_context *context, st
     json_real(json, "focal_sigma", report->focal.after, 6);
     json_real(json, "ratio_sigma", report->ratio.after, 6);
     json_real(json, "vergence_sigma_deg", report->vergence_rad.after * MATH_DEGREE_PER_RAD, 6);
-    json_real(json, "surprise", report->surprise, 6);
+    json_real(json, "surprise", report->chi_square_score, 6);
     json_text(json, "health", adjust_health_text(report->health));
     if (context->with_pair == 0) {
         json_null(json, "with_pair");

@@ -381,13 +381,14 @@ void adjust_pair_assess(const struct adjust_picture *picture, const struct adjus
     if (adjustment_depth_gradient(adjustment, picture->state, px, report->depth_mm, gradient)) {
         report->depth = sigma_of(adjustment, growth, gradient);
     }
-    report->surprise = adjust_chi_square_score(adjustment);
+    report->chi_square_score = adjust_chi_square_score(adjustment);
     // Rows may fit while the depth does not: the word considers both.
-    report->health =
-        report->used > 0 && (report->surprise > 4 || report->rows_px > 0.6)    ? ADJUST_CALIBRATE
-        : adjust_pair_is_lost(report)                                          ? ADJUST_CALIBRATE
-        : report->used == 0 || report->depth.after > 2.5e-3 * report->depth_mm ? ADJUST_TOUCH_UP
-                                                                               : ADJUST_GOOD;
+    report->health = report->used > 0 && (report->chi_square_score > 4 || report->rows_px > 0.6)
+                         ? ADJUST_CALIBRATE
+                     : adjust_pair_is_lost(report) ? ADJUST_CALIBRATE
+                     : report->used == 0 || report->depth.after > 2.5e-3 * report->depth_mm
+                         ? ADJUST_TOUCH_UP
+                         : ADJUST_GOOD;
 }
 
 int adjust_pair(const struct adjust_picture *picture, struct arena *arena,

@@ -30,7 +30,7 @@ struct adjust_report {
     struct adjust_sigma focal;  // relative, common to both cameras
     struct adjust_sigma ratio;  // relative, of the focal lengths, right to left
     struct adjust_sigma vergence_rad;
-    double surprise;  // of adjust_chi_square_score
+    double chi_square_score;  // of adjust_chi_square_score
     enum adjust_health health;
 };
 

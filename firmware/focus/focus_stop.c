@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "focus/focus_rest.h"
+#include "focus/focus_stop.h"
 
 #include <math.h>
 
@@ -28,7 +28,7 @@ static double weight_of(double u) {
 
 // How likely a rest is, and that times its distance from the peak, over the positions that the ring
 // may have had.
-static double likelihood(const struct focus_peak *peak, const struct focus_rest *rest,
+static double likelihood(const struct focus_peak *peak, const struct focus_stop_sample *rest,
                          double *distance) {
     double sum = 0, sum_distance = 0, weights = 0;
     for (unsigned i = 0; i < POSITIONS; i++) {
@@ -52,20 +52,21 @@ struct place_sums {
 };
 
 static void add_peak(struct place_sums *sums, const struct focus_peak *peak, double prior,
-                     const struct focus_rest *rests, unsigned count) {
+                     const struct focus_stop_sample *stops, unsigned count) {
     double weight = prior, distance = 0;
     for (unsigned i = 0; i + 1 < count; i++) {
-        weight *= likelihood(peak, &rests[i], &distance);
+        weight *= likelihood(peak, &stops[i], &distance);
     }
-    const double last = likelihood(peak, &rests[count - 1], &distance);
+    const double last = likelihood(peak, &stops[count - 1], &distance);
     sums->distance += weight * distance;
     weight *= last;
     sums->weight += weight;
     sums->position += weight * peak->position;
 }
 
-struct focus_place focus_rest_place(const struct focus_peak *peak, const struct focus_rest *rests,
-                                    unsigned count) {
+struct focus_peak_estimate focus_stop_estimate(const struct focus_peak *peak,
+                                               const struct focus_stop_sample *stops,
+                                               unsigned count) {
     INVARIANT(count > 0 && peak->half_width >= 0 && peak->height >= peak->floor);
     const double prior = math_hypot(peak->deviation, place_deviation);
     const double half = math_max(peak->half_width, 0.5), height = peak->height - peak->floor;
@@ -78,11 +79,11 @@ struct focus_place focus_rest_place(const struct focus_peak *peak, const struct 
                 here.position += up * prior;
                 here.half_width = half * (1 + width_deviation * uw);
                 here.height = here.floor + height * (1 + height_deviation * uh);
-                add_peak(&sums, &here, weight_of(up) * weight_of(uw) * weight_of(uh), rests, count);
+                add_peak(&sums, &here, weight_of(up) * weight_of(uw) * weight_of(uh), stops, count);
             }
         }
     }
-    return (struct focus_place){
+    return (struct focus_peak_estimate){
         .position = sums.position / sums.weight,
         .distance = sums.distance / sums.weight,
     };
