@@ -176,6 +176,12 @@ class Clients(Bench):
             self.assertFalse(os.path.exists(path))
             self.assertRaises(Gone, board.receive)
 
+    def test_silent_ones_make_room(self):
+        silent = [self.raw() for _ in range(32)]
+        self.assertIn("time_s", self.running.client(CONTROLLER).control("status"))
+        self.assert_closed(silent[0])
+        self.assert_alive()
+
 
 if __name__ == "__main__":
     unittest.main()
