@@ -34,6 +34,7 @@ ALLOWED = {
     "tools/simrig/server/listener.cpp": (4, "sockets: is_socket, or bound a moment before"),
     "tools/bench.d/prepare_pairs.py": (1, "a new folder; rename fails if one is there"),
     "tools/bench.d/prepare_scenes.py": (3, "a scene with its own meta.json; " + TEMPORARY),
+    "tools/bench.d/tuning.py": (1, "a program that it has compiled, in the build folder"),
     "tools/board": (1, "the socket in the folder of its board"),
     "tools/board.d/machine.py": (1, "the socket in the folder of its board"),
     "tools/board.d/rig_bench.py": (1, "sockets"),
