@@ -77,6 +77,15 @@ void add_pair(capture_session *session, const std::string &incoming, capture_sho
     REQUIRE(session->add(incoming, *shot, &error));
 }
 
+// A whole session of one pair.
+void make_session(const std::string &path, const std::string &incoming) {
+    std::string error;
+    capture_shot shot;
+    capture_session session(path, board);
+    add_pair(&session, incoming, &shot);
+    CHECK(session.close(&error));
+}
+
 }  // namespace
 
 TEST_CASE("pairs are added to one session, which is resumed by the next run") {
@@ -130,11 +139,7 @@ TEST_CASE("a session of another instrument, or of another kind, is left alone") 
     const std::string path = folder / "zooms", incoming = path + "/incoming";
     std::string error;
     capture_shot shot;
-    {
-        capture_session session(path, board);
-        add_pair(&session, incoming, &shot);
-        CHECK(session.close(&error));
-    }
+    make_session(path, incoming);
     capture_session session(path, board);
     REQUIRE(session.load(&error));
     make_incoming(incoming, "left 2", 200);
@@ -157,11 +162,7 @@ TEST_CASE("a session of another window is left alone") {
     const std::string path = folder / "zooms", incoming = path + "/incoming";
     std::string error;
     capture_shot shot;
-    {
-        capture_session session(path, board);
-        add_pair(&session, incoming, &shot);
-        CHECK(session.close(&error));
-    }
+    make_session(path, incoming);
     capture_session session(path, board);
     REQUIRE(session.load(&error));
     CHECK(session.check_window({{{0, 0, 8, 8}, {0, 0, 8, 8}}}, &error));
