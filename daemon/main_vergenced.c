@@ -17,7 +17,6 @@
 #include "daemon/base/memory.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/process.h"
-#include "daemon/board/board_check.h"
 #include "daemon/cli/help.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/client.h"
@@ -29,6 +28,7 @@
 #include "daemon/server/notify.h"
 #include "daemon/server/server.h"
 #include "daemon/settings/config.h"
+#include "daemon/system/system_check.h"
 
 enum { SETTINGS_MAX = 64, MANUAL_SECTION = 8 };
 
@@ -454,7 +454,7 @@ static int report_check(const struct arguments *arguments, const struct config *
     if (arguments->check != NULL) {
         printf("%s: good\n", arguments->check);
     }
-    return !arguments->check_board || board_check_print(stdout, config, arguments->json) == 0
+    return !arguments->check_board || system_check_print(stdout, config, arguments->json) == 0
                ? CLIENT_OK
                : CLIENT_FAILED;
 }

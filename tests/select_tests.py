@@ -50,7 +50,7 @@ WORDS = {
     "daemon/backends/replay": "replay",
     "daemon/backends/sim": "simulated rig",
     "daemon/backends/store": "settings|flash|update|store",
-    "daemon/board": "board_check|update|flash",
+    "daemon/system": "system_check|update|flash",
     "daemon/client": "client|socket|network",
     "daemon/commands": "console|command",
     "daemon/files": "files|free.space",

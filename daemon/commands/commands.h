@@ -11,9 +11,9 @@
 #include "console/command.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/board/tftp.h"
 #include "daemon/server/daemon.h"
 #include "daemon/session/last_pair.h"
+#include "daemon/system/tftp.h"
 
 #define COMMANDS_DECLARE(name) const struct command *commands_##name##_table(size_t *count);
 COMMAND_MODULES(COMMANDS_DECLARE)

@@ -7,10 +7,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "daemon/board/tftp.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/files/directory_names.h"
+#include "daemon/system/tftp.h"
 
 enum { NAME, ADDRESS };
 

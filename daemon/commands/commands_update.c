@@ -9,12 +9,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "daemon/board/fit.h"
-#include "daemon/board/flash.h"
-#include "daemon/board/tftp.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/commands/space_check.h"
+#include "daemon/system/fit.h"
+#include "daemon/system/flash.h"
+#include "daemon/system/tftp.h"
 
 enum { IMAGE, OLDER };
 enum { SLOTS = 2, VERIFY_BYTES = 16384 };

@@ -23,7 +23,7 @@ BOARD = ROOT / "tools/board"
 PROGRAMS = os.environ.get("VERGENCE_PROGRAMS", "")
 IMAGE = os.environ.get("VERGENCE_IMAGE", "")
 VERGENCE = os.environ.get("VERGENCE", "vergence")
-# Limits for a machine that does much else; the figures are in firmware/image/README.md.
+# Limits for a machine that does much else; the figures are in firmware/system/README.md.
 BOOT_LIMIT_S, COMMAND_LIMIT_S, END_LIMIT_S = 180, 240, 30
 ANSWER_LIMIT_S = 15  # of the console, whatever became of the daemon
 # Ways to end or to stop what runs on the board. The last one leaves the system's watchdog alone.

@@ -10,7 +10,7 @@ import unittest
 from board_process import (AIM, BOOT_LIMIT_S, KILL, ROOT, SCENE, STOP, STOP_ALL, VERGENCE, SurfaceTest,
                            child_of, processor_s)
 
-sys.path.insert(0, str(ROOT / "tools/board.d"))
+sys.path.insert(0, str(ROOT / "tools/system"))
 import rig_client  # noqa: E402
 
 # A store that is soon full.
@@ -88,7 +88,7 @@ class Instrument(SurfaceTest):
         self.assertIn(day, self.board.shell("date -u -r /var/lib/vergence/files/scene/session.index +%F"))
 
     def test_figures_of_the_boot(self):
-        """Those that firmware/image/README.md publishes. No other test has used this daemon."""
+        """Those that firmware/system/README.md publishes. No other test has used this daemon."""
         system = self.figures("/proc/meminfo")
         daemon = self.figures("/proc/$(pidof vergenced)/status")
         available, resident = (int(text.split()[0]) / 1024 for text in

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The way from nothing to a surface of firmware/image/README.md, as written: at the board's terminal and
+"""The way from nothing to a surface of firmware/system/README.md, as written: at the board's terminal and
 in a shell on the PC."""
 import os
 import re
@@ -10,7 +10,7 @@ import unittest
 
 from board_process import COMMAND_LIMIT_S, ROOT, VERGENCE, Board, BoardTest
 
-PAGE = ROOT / "firmware/image/README.md"
+PAGE = ROOT / "firmware/system/README.md"
 PORT = "7878"
 
 

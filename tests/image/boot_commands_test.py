@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands for U-Boot in firmware/image/README.md, typed at U-Boot's prompt in QEMU: both formats of
+"""The commands for U-Boot in firmware/system/README.md, typed at U-Boot's prompt in QEMU: both formats of
 the image start, up to the instrument's prompt."""
 import os
 import pathlib
@@ -18,7 +18,7 @@ class BootCommands(unittest.TestCase):
         done = subprocess.run([ROOT / "tools" / "image"], capture_output=True, text=True, timeout=800,
                               check=True)
         cls.folder = done.stdout.strip()
-        readme = (ROOT / "firmware" / "image" / "README.md").read_text()
+        readme = (ROOT / "firmware" / "system" / "README.md").read_text()
         cls.blocks = re.findall(r"^```u-boot\n(.*?)^```", readme, re.M | re.S)
 
     def start(self, block):

@@ -92,7 +92,7 @@ class Image(unittest.TestCase):
     def test_the_image_is_as_small_as_promised(self):
         self.assertLessEqual((self.first / "vergence.fit").stat().st_size, 3_200_000)
         self.assertLessEqual((self.folder / "ramdisk").stat().st_size, 1_200_000)
-        readme = (ROOT / "firmware" / "image" / "README.md").read_text()
+        readme = (ROOT / "firmware" / "system" / "README.md").read_text()
         for name, path in (("kernel", self.folder / "kernel"), ("root file system", self.folder / "ramdisk"),
                            ("vergence.fit", self.first / "vergence.fit")):
             promised = float(re.search(rf"^\| {name} \| ([0-9.]+) \|$", readme, re.M)[1])
@@ -100,12 +100,12 @@ class Image(unittest.TestCase):
 
     def test_linux_gets_the_same_words_wherever_it_comes_from(self):
         """From flash, over TFTP and in the old format; each must start without the others."""
-        words = {re.findall(r"setenv bootargs ([^;\n]*)", (ROOT / "firmware/image" / name).read_text())[0]
+        words = {re.findall(r"setenv bootargs ([^;\n]*)", (ROOT / "firmware/system" / name).read_text())[0]
                  for name in ("environment.txt", "boot.cmd", "README.md")}
         self.assertEqual(len(words), 1, words)
 
     def test_the_commands_of_the_readme_run(self):
-        readme = (ROOT / "firmware" / "image" / "README.md").read_text()
+        readme = (ROOT / "firmware" / "system" / "README.md").read_text()
         commands = re.search(r"^```sh\n(.*?)^```", readme, re.M | re.S)[1]
         shown = run("bash", "-euc", commands, cwd=ROOT).stdout.split()
         self.assertEqual(set(RESULTS) - set(shown), set())
@@ -157,13 +157,13 @@ class Image(unittest.TestCase):
     def test_an_option_that_does_not_exist_is_reported(self):
         """The configuration would drop it silently."""
         tree = self.folder / "tree"
-        shutil.copytree(ROOT / "tools" / "image.d", tree / "tools" / "image.d")
-        shutil.copytree(ROOT / "firmware" / "image", tree / "firmware" / "image")
-        with open(tree / "firmware" / "image" / "busybox.cfg", "a", encoding="utf-8") as options:
+        shutil.copytree(ROOT / "tools" / "system", tree / "tools" / "system")
+        shutil.copytree(ROOT / "firmware" / "system", tree / "firmware" / "system")
+        with open(tree / "firmware" / "system" / "busybox.cfg", "a", encoding="utf-8") as options:
             options.write("CONFIG_NO_SUCH_THING=y\n")
         libraries = run(ROOT / "tools" / "cross.d" / "unpack_libraries", "armhf",
                         "arm-linux-gnueabihf").stdout.strip()
-        done = run(tree / "tools" / "image.d" / "build_busybox", f"{libraries}/usr/src/busybox", code=1,
+        done = run(tree / "tools" / "system" / "build_busybox", f"{libraries}/usr/src/busybox", code=1,
                    env={**os.environ, "XDG_CACHE_HOME": str(self.folder / "cache")})
         self.assertEqual(done.stderr, "tools/image: options of busybox.cfg that BusyBox does not take: "
                                       "CONFIG_NO_SUCH_THING=y\n")

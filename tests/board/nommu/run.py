@@ -19,7 +19,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.dont_write_bytecode = True
-sys.path += [str(ROOT / "tools/board.d"), str(ROOT / "tools/image.d")]
+sys.path.append(str(ROOT / "tools/system"))
 
 from children import Children  # noqa: E402
 from make_root import Archive, CONSOLE  # noqa: E402

@@ -14,7 +14,7 @@ import tempfile
 import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
-# firmware/image holds no library: it is what the board's system is built of.
+# firmware/system holds no library: it is what the board's system is built of.
 CORE = "core", "stereo"
 FOLDERS = *CORE, "device", "focus", "rig", "console"
 FLAGS = ["-std=c11", "-O2", "-ffp-contract=off", "-fno-pic", "-I", os.path.join(ROOT, "firmware"),

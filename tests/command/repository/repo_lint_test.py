@@ -18,7 +18,7 @@ TREE = Tree(ROOT)
 
 COMMENTED = (".c", ".h", ".cpp", ".hpp", ".py", ".sh", ".cmake", ".js", ".css", ".html")
 # A module of the Linux kernel, which has the kernel's licence and headers.
-KERNEL_MODULE = "firmware/image/driver/"
+KERNEL_MODULE = "firmware/system/driver/"
 C_FAMILY = (".c", ".h", ".cpp", ".hpp")
 # A checkout must work, and be readable, elsewhere. (Written so that the rules do not match here.)
 FOREIGN = {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The variables that U-Boot has saved in a partition of flash: CRC-32, a flag if there are two
 /// copies, then NAME=VALUE texts up to an empty one.
-#ifndef VERGENCE_DAEMON_BOARD_UBOOT_VARIABLES_H
-#define VERGENCE_DAEMON_BOARD_UBOOT_VARIABLES_H
+#ifndef VERGENCE_DAEMON_SYSTEM_UBOOT_VARIABLES_H
+#define VERGENCE_DAEMON_SYSTEM_UBOOT_VARIABLES_H
 
 #include <stddef.h>
 #include <stdint.h>
 
 #include "daemon/base/message.h"
-#include "daemon/board/flash.h"
+#include "daemon/system/flash.h"
 
 #ifdef __cplusplus
 extern "C" {

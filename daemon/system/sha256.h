@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// SHA-256 (FIPS 180-4), by which an image of the board names its parts.
-#ifndef VERGENCE_DAEMON_BOARD_SHA256_H
-#define VERGENCE_DAEMON_BOARD_SHA256_H
+#ifndef VERGENCE_DAEMON_SYSTEM_SHA256_H
+#define VERGENCE_DAEMON_SYSTEM_SHA256_H
 
 #include <stddef.h>
 #include <stdint.h>

@@ -298,7 +298,7 @@ class Lines:
 
 
 class Camera:
-    """The driver of firmware/image/driver: renders a frame when the guest asks for one."""
+    """The driver of firmware/system/driver: renders a frame when the guest asks for one."""
 
     ASK, CANCEL, RECEIVED = 1, 2, 3
     MESSAGE = struct.Struct("<IIHHIQ")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernel is asked by calls and by what it lists in /proc, as a small one has no copy of its
 // configuration.
-#include "daemon/board/board_check.h"
+#include "daemon/system/system_check.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -19,8 +19,8 @@
 
 #include "daemon/base/json.h"
 #include "daemon/base/message.h"
-#include "daemon/board/flash.h"
-#include "daemon/board/uboot_variables.h"
+#include "daemon/system/flash.h"
+#include "daemon/system/uboot_variables.h"
 #include "rig/rig.h"
 
 enum { TEXT_BYTES = 8192, NAME_BYTES = CONFIG_TEXT_BYTES + 32, FOUND_BYTES = MESSAGE_BYTES };
@@ -329,7 +329,7 @@ static void check_variables(struct table *table, bool board) {
     }
 }
 
-int board_check_print(FILE *file, const struct config *config, bool as_json) {
+int system_check_print(FILE *file, const struct config *config, bool as_json) {
     struct json json;
     struct table table = {.file = file, .json = as_json ? &json : NULL};
     const bool board = config->board[0] != '\0';

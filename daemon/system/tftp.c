@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/board/tftp.h"
+#include "daemon/system/tftp.h"
 
 #include <arpa/inet.h>
 #include <errno.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/board/flash.h"
+#include "daemon/system/flash.h"
 
 #include <errno.h>
 #include <fcntl.h>

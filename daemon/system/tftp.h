@@ -2,8 +2,8 @@
 /// TFTP (RFC 1350, with the options blksize of RFC 2348 and tsize of RFC 2349): the transfer that
 /// the boot loader of a board has too, so that a server is there. Nothing is authenticated or
 /// encrypted.
-#ifndef VERGENCE_DAEMON_BOARD_TFTP_H
-#define VERGENCE_DAEMON_BOARD_TFTP_H
+#ifndef VERGENCE_DAEMON_SYSTEM_TFTP_H
+#define VERGENCE_DAEMON_SYSTEM_TFTP_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/board/uboot_variables.h"
+#include "daemon/system/uboot_variables.h"
 
 #include <stdlib.h>
 #include <string.h>

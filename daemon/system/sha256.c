@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/board/sha256.h"
+#include "daemon/system/sha256.h"
 
 #include <string.h>
 

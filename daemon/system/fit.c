@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/board/fit.h"
+#include "daemon/system/fit.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -7,7 +7,7 @@
 #include <time.h>
 
 #include "core/error.h"
-#include "daemon/board/sha256.h"
+#include "daemon/system/sha256.h"
 
 // The format: Devicetree Specification 0.4, chapter 5.
 enum {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A partition of NOR flash, by the name that /proc/mtd gives it.
-#ifndef VERGENCE_DAEMON_BOARD_FLASH_H
-#define VERGENCE_DAEMON_BOARD_FLASH_H
+#ifndef VERGENCE_DAEMON_SYSTEM_FLASH_H
+#define VERGENCE_DAEMON_SYSTEM_FLASH_H
 
 #include <stdbool.h>
 #include <stddef.h>

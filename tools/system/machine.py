@@ -21,7 +21,7 @@ FIT_MAGIC = 0xD00DFEED
 CONNECT_LIMIT_S = 30
 # The partitions of the flash: U-Boot, its variables, two images, store.
 PARTITIONS = "mtdparts=0.flash:64m(boot),256k(environment),4m(image),4m(image2),-(store)"
-ENVIRONMENT = pathlib.Path(__file__).resolve().parents[2] / "firmware/image/environment.txt"
+ENVIRONMENT = pathlib.Path(__file__).resolve().parents[2] / "firmware/system/environment.txt"
 # U-Boot has these words at the end of its own start if no system began. They are put together from
 # variables, so that a listing of the environment does not contain them.
 REFUSED = b"board: no system started"

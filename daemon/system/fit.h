@@ -2,8 +2,8 @@
 /// Checks an image of the board, a FIT as U-Boot's mkimage makes it: a flattened device tree with
 /// kernel, files and device tree below /images, each with its data and a SHA-256 sum; and in the
 /// root the properties `timestamp` and `board`. Reads only what that needs.
-#ifndef VERGENCE_DAEMON_BOARD_FIT_H
-#define VERGENCE_DAEMON_BOARD_FIT_H
+#ifndef VERGENCE_DAEMON_SYSTEM_FIT_H
+#define VERGENCE_DAEMON_SYSTEM_FIT_H
 
 #include <stdbool.h>
 #include <stddef.h>
