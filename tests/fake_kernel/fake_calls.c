@@ -399,29 +399,13 @@ int closedir(DIR *stream) {
     return next(stream);
 }
 
-/// ioctl of a terminal device, with the C library's struct instead of the kernel's.
-static int control_terminal(struct fake_file *file, unsigned long request, void *argument) {
-    fake_kernel_lock();
-    const int result = file->operations->ioctl == NULL
-                           ? -ENOTTY
-                           : file->operations->ioctl(file, request, argument);
-    fake_kernel_unlock();
-    return as_call(result);
-}
-
-static struct fake_file *device_of(int fd) {
-    struct fake_file *file = fake_file_of(fd);
-    return file != NULL && file->operations != NULL ? file : NULL;
-}
-
 int tcgetattr(int fd, struct termios *settings) {
     typedef int (*function)(int, struct termios *);
     NEXT(function, "tcgetattr");
     if (step_on(fd, "tcgetattr", "") < 0) {
         return -1;
     }
-    struct fake_file *device = device_of(fd);
-    return device != NULL ? control_terminal(device, TCGETS, settings) : next(fd, settings);
+    return next(fd, settings);
 }
 
 int tcsetattr(int fd, int when, const struct termios *settings) {
@@ -430,9 +414,7 @@ int tcsetattr(int fd, int when, const struct termios *settings) {
     if (step_on(fd, "tcsetattr", when == TCSANOW ? "now" : "later") < 0) {
         return -1;
     }
-    struct fake_file *device = device_of(fd);
-    struct termios copy = *settings;
-    return device != NULL ? control_terminal(device, TCSETS, &copy) : next(fd, when, settings);
+    return next(fd, when, settings);
 }
 
 int tcflush(int fd, int which) {
@@ -442,6 +424,5 @@ int tcflush(int fd, int which) {
     if (step_on(fd, "tcflush", details) < 0) {
         return -1;
     }
-    struct fake_file *device = device_of(fd);
-    return device != NULL ? control_terminal(device, TCFLSH, &which) : next(fd, which);
+    return next(fd, which);
 }

@@ -84,10 +84,8 @@ enum fake_fate fake_kernel_step(const char *name, const char *call, const char *
 /// The watched file's name (in `name`), or false when the path is not watched.
 bool fake_kernel_watches(const char *path, char *name, size_t bytes);
 
-/// Waits until `until_us`, in real, virtual or the rig's time.
+/// Waits until `until_us`, in real or virtual time.
 void fake_kernel_sleep_until(uint64_t until_us);
-/// The same, or until a device has news, which only a simulated rig can report.
-void fake_kernel_wait_until(uint64_t until_us);
 bool fake_kernel_time_is_virtual(void);
 
 /// Locks the fake kernel's state. Recursive.

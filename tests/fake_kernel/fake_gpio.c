@@ -31,12 +31,6 @@ static void set_level(unsigned line, bool active) {
     }
 }
 
-static void look(void) {
-    if (state.look != NULL) {
-        state.look(&state);
-    }
-}
-
 static void describe(struct fake_file *file, unsigned long request, const void *argument,
                      char *line, size_t bytes) {
     (void)file;
@@ -68,7 +62,6 @@ static void describe(struct fake_file *file, unsigned long request, const void *
 
 static int control_line(struct fake_file *file, unsigned long request, void *argument) {
     const unsigned line = line_of(file);
-    look();
     switch (request) {
         case GPIOHANDLE_GET_LINE_VALUES_IOCTL:
             ((struct gpiohandle_data *)argument)->values[0] = level(line);
@@ -190,7 +183,7 @@ static int read_numbers(struct fake_file *file, void *data, size_t bytes) {
 struct fake_gpio *fake_gpio_add(const char *path) {
     static const struct fake_operations chip = {.describe = describe, .ioctl = control_chip};
     static const struct fake_operations numbers = {.read = read_numbers};
-    state = (struct fake_gpio){.look = NULL};
+    state = (struct fake_gpio){.drive = NULL};
     chip_device = fake_file_device(path, MAJOR, MINOR, &chip, &state);
     char sysfs[64];
     snprintf(sysfs, sizeof sysfs, "/sys/bus/gpio/devices/%s/dev", strrchr(path, '/') + 1);

@@ -19,8 +19,6 @@ struct fake_gpio {
     bool is_output[FAKE_GPIO_LINES];
     bool active_low[FAKE_GPIO_LINES];
     char consumer[FAKE_GPIO_LINES][32];
-    /// Sets the input wires. NULL: set by the test.
-    void (*look)(struct fake_gpio *self);
     /// Called when an output is set. NULL: not connected.
     void (*drive)(struct fake_gpio *self, unsigned line);
 };

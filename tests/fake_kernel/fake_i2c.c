@@ -11,7 +11,7 @@
 
 static struct fake_i2c state;
 
-static void describe_path_costs(const struct i2c_rdwr_ioctl_data *data, char *line, size_t bytes) {
+static void describe_messages(const struct i2c_rdwr_ioctl_data *data, char *line, size_t bytes) {
     for (unsigned i = 0; i < data->nmsgs; i++) {
         const struct i2c_msg *message = &data->msgs[i];
         const size_t used = strlen(line);
@@ -43,7 +43,7 @@ static void describe(struct fake_file *file, unsigned long request, const void *
             break;
         case I2C_RDWR:
             snprintf(line, bytes, "I2C_RDWR");
-            describe_path_costs(argument, line, bytes);
+            describe_messages(argument, line, bytes);
             break;
         default:
             break;
@@ -71,7 +71,7 @@ static int transfer(struct fake_i2c *bus, const struct i2c_rdwr_ioctl_data *data
             }
         }
     }
-    return bus->only_path_costs >= 0 ? bus->only_path_costs : (int)data->nmsgs;
+    return bus->only_messages >= 0 ? bus->only_messages : (int)data->nmsgs;
 }
 
 static int control(struct fake_file *file, unsigned long request, void *argument) {
@@ -87,7 +87,7 @@ static int control(struct fake_file *file, unsigned long request, void *argument
             bus->timeout_10ms = (unsigned long)(uintptr_t)argument;
             return 0;
         case I2C_RDWR:
-            return bus->transfer != NULL ? bus->transfer(bus, argument) : transfer(bus, argument);
+            return transfer(bus, argument);
         default:
             return -ENOTTY;
     }
@@ -99,7 +99,7 @@ struct fake_i2c *fake_i2c_add(const char *path, uint8_t address) {
                               .address = address,
                               .retries = 3,
                               .timeout_10ms = 100,
-                              .only_path_costs = -1};
+                              .only_messages = -1};
     fake_file_device(path, 89, 1, &operations, &state);
     return &state;
 }

@@ -9,8 +9,6 @@
 extern "C" {
 #endif
 
-struct i2c_rdwr_ioctl_data;
-
 /// State of the adapter; the test may change it at any time.
 struct fake_i2c {
     unsigned long functions;  ///< I2C_FUNC_*
@@ -19,9 +17,7 @@ struct fake_i2c {
     unsigned long timeout_10ms;  ///< last value set
     unsigned long retries;
     unsigned transfers;
-    int only_path_costs;  ///< number of messages a transfer claims to have run; -1: all
-    /// Handles I2C_RDWR instead of the single device and returns its result. NULL: not used.
-    int (*transfer)(struct fake_i2c *self, const struct i2c_rdwr_ioctl_data *data);
+    int only_messages;  ///< number of messages a transfer claims to have run; -1: all
 };
 
 /// Adds the device. The struct belongs to the fake kernel and lives until the next call.

@@ -14,7 +14,6 @@
 
 #include "fake_file.h"
 #include "fake_mtd.h"
-#include "fake_rig.h"
 #include "fake_video.h"
 
 enum { WATCHES = 4, PLANS = 8, RECORD_BYTES = 1 << 20 };
@@ -247,9 +246,6 @@ bool fake_kernel_time_is_virtual(void) {
 }
 
 uint64_t fake_kernel_now_us(void) {
-    if (fake_rig_is_connected()) {
-        return fake_rig_now_us();
-    }
     if (time_is_virtual) {
         return virtual_now_us;
     }
@@ -266,19 +262,7 @@ void fake_kernel_call_takes(uint64_t us) {
     call_takes_us = us;
 }
 
-void fake_kernel_wait_until(uint64_t until_us) {
-    if (fake_rig_is_connected()) {
-        fake_rig_pass(until_us, true);
-    } else {
-        fake_kernel_sleep_until(until_us);
-    }
-}
-
 void fake_kernel_sleep_until(uint64_t until_us) {
-    if (fake_rig_is_connected()) {
-        fake_rig_pass(until_us, false);
-        return;
-    }
     if (time_is_virtual) {
         virtual_now_us = until_us > virtual_now_us ? until_us : virtual_now_us;
         return;

@@ -13,7 +13,6 @@
 #include "fake_kernel.h"
 #include "fake_mtd.h"
 #include "fake_picture.h"
-#include "fake_rig.h"
 #include "fake_video.h"
 #include "fake_watchdog.h"
 
@@ -214,28 +213,6 @@ static void set_plug(const char *line, const char *rest) {
     }
 }
 
-static void add_rig(const char *line, const char *rest) {
-    char kind[WORD_BYTES] = "", path[WORD_BYTES] = "";
-    unsigned reset_line = 0, irq_line = 0;
-    const int words = sscanf(rest, "%255s %255s %u %u", kind, path, &reset_line, &irq_line);
-    if (words == 1) {
-        fake_rig_connect(kind);
-    } else if (!fake_rig_is_connected()) {
-        stop(line);
-    } else if (words == 2 && strcmp(kind, "i2c") == 0) {
-        fake_rig_i2c(path);
-    } else if (words == 2 && strcmp(kind, "video") == 0) {
-        fake_rig_video(path);
-    } else if (words == 2 && strcmp(kind, "serial") == 0) {
-        fake_rig_serial(path);
-    } else if (words == 4 && strcmp(kind, "gpio") == 0 && reset_line < FAKE_GPIO_LINES &&
-               irq_line < FAKE_GPIO_LINES) {
-        fake_rig_gpio(path, reset_line, irq_line);
-    } else {
-        stop(line);
-    }
-}
-
 static void follow(const char *line) {
     static struct fake_gpio *chip;
     char word[WORD_BYTES] = "";
@@ -256,8 +233,6 @@ static void follow(const char *line) {
         chip = fake_gpio_add(rest);
     } else if (strcmp(word, "trigger") == 0) {
         add_trigger(line, rest, chip);
-    } else if (strcmp(word, "rig") == 0) {
-        add_rig(line, rest);
     } else if (strcmp(word, "watchdog") == 0) {
         add_watchdog(line, rest);
     } else if (strcmp(word, "mtd") == 0) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The fake kernel in an unmodified program: LD_PRELOAD names the library, and VERGENCE_FAKE_KERNEL
-/// a script that is run at start. Time is real, except with `rig`.
+/// a script that is run at start. Time is real.
 ///
 ///     video PATH FORMAT PICTURE FRAME_US [WIDTHxHEIGHT]
 ///                          a camera that shows PICTURE (fake_picture.h); FORMAT: GREY, YUYV,
@@ -13,12 +13,6 @@
 ///                          it disappears stay dead
 ///     i2c PATH ADDRESS     a bus with one device of 256 registers
 ///     gpio PATH            a chip with 8 lines
-///     rig WHERE            connects the devices of the next four lines to the simulated rig at
-///                          unix:PATH or tcp:HOST:PORT, and uses its time (fake_rig.h)
-///     rig i2c PATH         its bus
-///     rig video PATH       its port
-///     rig serial PATH      the line to its lens controller
-///     rig gpio PATH RESET IRQ      its two lines, with their numbers at that chip
 ///     watchdog PATH [MOST_S]   a watchdog with a period of 60 s, or at most MOST_S
 ///     mtd NAME FILE BLOCK [worn]   the next partition of flash, with the file's contents
 ///     watch PREFIX         handles real files under PREFIX

@@ -72,7 +72,17 @@ static void paint(struct fake_video *self, uint32_t sequence, uint8_t *data, siz
     }
 }
 
-void fake_video_fill(struct fake_video *self, const struct fake_video_frame *frame) {
+/// A complete frame.
+struct frame {
+    const uint8_t *data;
+    size_t bytes;
+    uint32_t sequence;
+    uint64_t begin_us, end_us;
+    bool damaged;
+};
+
+/// Puts a frame into the first waiting buffer, which must exist.
+static void fill(struct fake_video *self, const struct frame *frame) {
     const unsigned index = self->queued[0];
     self->queued_count--;
     memmove(self->queued, self->queued + 1, self->queued_count * sizeof self->queued[0]);
@@ -115,23 +125,19 @@ static void deliver(struct fake_video *self, uint64_t end_us) {
         abort();
     }
     paint(self, sequence, data, &bytes);
-    const struct fake_video_frame frame = {
+    const struct frame frame = {
         .data = data,
         .bytes = bytes,
         .sequence = sequence,
         .begin_us = end_us - readout_us(self),
         .end_us = end_us,
         .damaged = self->damage_every != 0 && (sequence + 1) % self->damage_every == 0};
-    fake_video_fill(self, &frame);
+    fill(self, &frame);
     free(data);
 }
 
 /// Simulates everything up to `now_us`.
 static void catch_up(struct fake_video *self, uint64_t now_us) {
-    if (self->look != NULL) {
-        self->look(self);
-        return;
-    }
     while (self->on && self->next_us <= now_us) {
         if (self->frames_until_still != 0 && self->sequence >= self->frames_until_still) {
             self->next_us = UINT64_MAX;
@@ -177,10 +183,6 @@ static int set_format(struct fake_video *self, struct v4l2_format *request) {
         }
     }
     self->format = *chosen;
-    if (self->takes_any_size) {
-        self->format.width_px = pix->width;
-        self->format.height_px = pix->height;
-    }
     if (self->format.bytes_per_line == 0) {
         self->format.bytes_per_line = self->format.width_px * bytes_per_pixel(chosen->fourcc);
     }
@@ -195,9 +197,6 @@ static int set_format(struct fake_video *self, struct v4l2_format *request) {
 }
 
 static int get_parameters(const struct fake_video *self, struct v4l2_streamparm *parameters) {
-    if (!self->reports_frame_time) {
-        return -ENOTTY;
-    }
     memset(&parameters->parm, 0, sizeof parameters->parm);
     parameters->parm.capture.capability = V4L2_CAP_TIMEPERFRAME;
     parameters->parm.capture.timeperframe.numerator = self->frame_us;
@@ -340,11 +339,7 @@ static int carry_out(struct fake_video *self, unsigned long request, void *argum
 static int control(struct fake_file *file, unsigned long request, void *argument) {
     struct fake_video *self = file->state;
     catch_up(self, fake_kernel_now_us());
-    const int result = carry_out(self, request, argument);
-    if (self->look != NULL) {
-        self->look(self);  // a frame that begins now finds the buffer
-    }
-    return result;
+    return carry_out(self, request, argument);
 }
 
 static short poll_events(struct fake_file *file, uint64_t now_us, uint64_t *next_us) {
@@ -356,9 +351,7 @@ static short poll_events(struct fake_file *file, uint64_t now_us, uint64_t *next
     if (!self->on || self->queued_count == 0) {
         return POLLERR;
     }
-    if (self->look == NULL) {
-        *next_us = self->next_us < *next_us ? self->next_us : *next_us;
-    }
+    *next_us = self->next_us < *next_us ? self->next_us : *next_us;
     return 0;
 }
 
@@ -372,9 +365,6 @@ static void close_camera(struct fake_file *file) {
     struct fake_video *self = file->state;
     self->on = false;
     self->count = 0;
-    if (self->look != NULL) {
-        self->look(self);
-    }
 }
 
 struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t width_px,
@@ -395,7 +385,6 @@ struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t wi
         .keeps_orphans = true,
         .frame_us = 33333,
         .first_us = 33333,
-        .reports_frame_time = true,
         .time_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_EOF,
         .counts = true,
         .phase_us = -1,

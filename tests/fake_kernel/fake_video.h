@@ -35,7 +35,6 @@ struct fake_video {
     bool keeps_orphans;           ///< a mapped buffer outlives its release, as since Linux 5.0
     uint32_t frame_us;            ///< frame interval
     uint32_t first_us;            ///< from STREAMON to the end of the first frame
-    bool reports_frame_time;      ///< VIDIOC_G_PARM
     uint32_t time_flags;          ///< V4L2_BUF_FLAG_TIMESTAMP_* and _TSTAMP_SRC_*
     bool counts;                  ///< false: sequence stays 0, as in some drivers
     bool full_range;              ///< V4L2_QUANTIZATION_FULL_RANGE
@@ -49,10 +48,6 @@ struct fake_video {
     /// Fills a frame; `*bytes` is the capacity, then the filled size. NULL: every byte is x + y +
     /// the frame's number.
     void (*paint)(struct fake_video *self, uint32_t sequence, uint8_t *data, size_t *bytes);
-    /// Passes available frames to fake_video_fill; called before and after every call. NULL: frames
-    /// by the clock.
-    void (*look)(struct fake_video *self);
-    bool takes_any_size;  ///< frames have the requested size
     /// May change what DQBUF returns. NULL: nothing.
     void (*corrupt)(struct fake_video *self, struct v4l2_buffer *buffer);
     const char *picture;  ///< an image file (fake_picture.h), read again when it changes; or NULL
@@ -76,17 +71,6 @@ struct fake_video {
 /// buffers. Owned by the fake kernel until the next reset; at most 4 cameras.
 struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t width_px,
                                   uint32_t height_px);
-/// A complete frame.
-struct fake_video_frame {
-    const uint8_t *data;
-    size_t bytes;
-    uint32_t sequence;
-    uint64_t begin_us, end_us;
-    bool damaged;
-};
-
-/// Puts a frame into the first waiting buffer, which must exist.
-void fake_video_fill(struct fake_video *self, const struct fake_video_frame *frame);
 /// Activates the trigger input. A camera that is not streaming, or busy with its last frame,
 /// ignores it.
 void fake_video_pulse(struct fake_video *self);

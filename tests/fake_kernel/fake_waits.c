@@ -12,7 +12,6 @@
 
 #include "fake_file.h"
 #include "fake_kernel.h"
-#include "fake_rig.h"
 
 int __ppoll_chk(struct pollfd *polled, nfds_t count, const struct timespec *timeout,
                 const sigset_t *signals, size_t room);
@@ -23,7 +22,7 @@ static const uint64_t never_us = UINT64_MAX;
 static const uint64_t look_again_us = 5000;
 
 int clock_gettime(clockid_t clock, struct timespec *now) {
-    if (clock == CLOCK_MONOTONIC && fake_kernel_time_is_virtual() && !fake_rig_asks()) {
+    if (clock == CLOCK_MONOTONIC && fake_kernel_time_is_virtual()) {
         const uint64_t now_us = fake_kernel_now_us();
         *now = (struct timespec){.tv_sec = (time_t)(now_us / 1000000),
                                  .tv_nsec = (long)(now_us % 1000000) * 1000};
@@ -100,7 +99,7 @@ static int poll_until(struct pollfd *polled, nfds_t count, uint64_t deadline_us)
             fprintf(stderr, "fake kernel: a wait for something that never comes\n");
             abort();
         }
-        fake_kernel_wait_until(next_us < deadline_us ? next_us : deadline_us);
+        fake_kernel_sleep_until(next_us < deadline_us ? next_us : deadline_us);
     }
 }
 

@@ -104,7 +104,7 @@ TEST_CASE("a missing device, and a partial transfer") {
     // i2c-virtio: no errno, but fewer messages than requested, or none.
     adapter->address = kBridge;
     for (const int done : {0, 1}) {
-        adapter->only_path_costs = done;
+        adapter->only_messages = done;
         CHECK(read_word(bus.dev, kStart_us + 50000, &begun, &word) == ERROR_I2C_NACK);
         CHECK(begun == 5);
     }
