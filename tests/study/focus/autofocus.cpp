@@ -9,8 +9,6 @@
 
 namespace focus {
 
-focus_measure measure_of_autofocus = FOCUS_VARIANCE;
-
 namespace {
 
 Verdict verdict_of(focus_verdict verdict) {
@@ -60,7 +58,7 @@ void learn(FocusBench &bench) {
 
 Reports focus_both(FocusBench &bench) {
     rig_autofocus_options options{};
-    options.measure = measure_of_autofocus;
+    options.measure = FOCUS_VARIANCE;
     const int error = rig_autofocus(&bench.rig, 3, &options);
     Reports reports;
     for (unsigned side = 0; side < kSides; side++) {

@@ -15,13 +15,8 @@ const char *const kVerdictNames[kVerdicts] = {
     "error",
 };
 const MethodRow kMethodRows[kMethods] = {
-    {"cold", "cold", autofocus_cold, true, 12, 20, 250},
-    {"with the table", "table", autofocus_table, true, 6, 10, 50},
-    {"hill climb", "climb", in_turn<hill_climb>, false, 0, 0, 0},
-    {"stops", "stops", in_turn<stops>, false, 0, 0, 0},
-    {"sweep", "sweep", in_turn<sweep_open>, false, 0, 0, 0},
-    {"iris closed first", "closed", in_turn<sweep_closed>, false, 0, 0, 0},
-    {"wide end first", "wide", in_turn<sweep_wide>, false, 0, 0, 0},
+    {"cold", "cold", autofocus_cold, 12, 20, 250},
+    {"with the table", "table", autofocus_table, 6, 10, 50},
 };
 
 rig_rectangle focus_region() {

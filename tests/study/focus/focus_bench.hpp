@@ -82,16 +82,12 @@ focus_noise unity_noise();
 /// Builds what both windows of a scene show.
 void build_stack(const Scene &scene, BlurStack &stack);
 
-/// Of the firmware's autofocus.
-extern focus_measure measure_of_autofocus;
-
 /// Ways to focus both lenses.
-enum Method { kCold, kTable, kHillClimb, kStops, kSweep, kSweepClosed, kSweepWide, kMethods };
+enum Method { kCold, kTable, kMethods };
 using Reports = std::array<Report, kSides>;
 struct MethodRow {
     const char *name, *option;
     Reports (*focus)(FocusBench &bench);
-    bool ours;                                    ///< the limits hold for it
     double seconds_p50, seconds_p99, frames_p99;  ///< limits
 };
 extern const MethodRow kMethodRows[kMethods];
@@ -99,21 +95,6 @@ extern const MethodRow kMethodRows[kMethods];
 /// rig_autofocus: knowing nothing; with what was learned of both lenses.
 Reports autofocus_cold(FocusBench &bench);
 Reports autofocus_table(FocusBench &bench);
-/// One lens after the other.
-template <Report (*focus)(FocusBench &bench, unsigned side)>
-Reports in_turn(FocusBench &bench) {
-    const Report left = focus(bench, 0);
-    return {left, focus(bench, 1)};
-}
-/// Climbs with smaller and smaller steps.
-Report hill_climb(FocusBench &bench, unsigned side);
-/// As libcamera's rpi/af.cpp: coarse stops until the contrast falls, fine ones, a parabola.
-Report stops(FocusBench &bench, unsigned side);
-/// One sweep as the lens is set; with the iris closed, then near the peak; at the wide end, then
-/// near the peak.
-Report sweep_open(FocusBench &bench, unsigned side);
-Report sweep_closed(FocusBench &bench, unsigned side);
-Report sweep_wide(FocusBench &bench, unsigned side);
 
 }  // namespace focus
 

@@ -190,14 +190,6 @@ std::vector<uint16_t> FocusCamera::still(const Rings &rings) const {
     return values;
 }
 
-std::vector<uint16_t> FocusCamera::noisy(const Rings &rings, double begin_us) const {
-    std::vector<uint16_t> values(kFramePx * kFramePx);
-    Image image;
-    mix_at(rings, 1, image);
-    draw(image, rings, begin_us, true, values);
-    return values;
-}
-
 double FocusCamera::contrast(const std::vector<uint16_t> &frame) {
     double sum = 0, squares = 0;
     for (int y = kMarginPx; y < kFramePx - kMarginPx; y++) {

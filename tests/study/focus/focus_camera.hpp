@@ -29,9 +29,8 @@ class FocusCamera {
 
     const hal_camera *port() const { return &port_; }
     unsigned frames() const { return frames_; }  ///< that were taken
-    /// A frame of a lens at rest; without noise and flicker, or at some time with both.
+    /// A frame of a lens at rest, without noise and flicker.
     std::vector<uint16_t> still(const Rings &rings) const;
-    std::vector<uint16_t> noisy(const Rings &rings, double begin_us) const;
     /// rms over mean above black of the green pixels in a frame's region.
     static double contrast(const std::vector<uint16_t> &frame);
 

@@ -181,15 +181,13 @@ bool limits_hold(const std::vector<Result> &results, const Limits &limits) {
     bool holds = true;
     for (const auto &[method, c] : columns_of(results)) {
         const MethodRow &own = kMethodRows[method];
-        if (own.ours) {
-            holds = holds && c.sharp >= limits.sharp * c.textured &&
-                    c.no_contrast >= limits.no_contrast * c.flat &&
-                    c.false_focused <= limits.false_focused * c.lenses &&
-                    c.right_blurs >= limits.right_blurs * c.blurs &&
-                    part(c.seconds, 0.5) <= limits.factor_p50 * own.seconds_p50 &&
-                    part(c.seconds, 0.99) <= limits.factor_p99 * own.seconds_p99 &&
-                    part(c.frames, 0.99) <= limits.factor_p99 * own.frames_p99;
-        }
+        holds = holds && c.sharp >= limits.sharp * c.textured &&
+                c.no_contrast >= limits.no_contrast * c.flat &&
+                c.false_focused <= limits.false_focused * c.lenses &&
+                c.right_blurs >= limits.right_blurs * c.blurs &&
+                part(c.seconds, 0.5) <= limits.factor_p50 * own.seconds_p50 &&
+                part(c.seconds, 0.99) <= limits.factor_p99 * own.seconds_p99 &&
+                part(c.frames, 0.99) <= limits.factor_p99 * own.frames_p99;
     }
     return holds;
 }

@@ -16,10 +16,10 @@ const char *failure_of(const Result &result);
 /// One line that says what happened, and what should have.
 void print_failure(const Result &result);
 
-/// Writes the rows of all methods that ran, in Markdown, with the limits of our own.
+/// Writes the rows of all methods that ran, in Markdown, with their limits.
 void print_table(std::FILE *file, const std::vector<Result> &results);
 
-/// What our own methods must reach; times and frames are in kMethodRows, and are multiplied.
+/// What a method must reach; times and frames are in kMethodRows, and are multiplied.
 struct Limits {
     double sharp, no_contrast;  ///< least share of the textured and of the flat lenses
     double false_focused;       ///< largest share of all

@@ -21,24 +21,16 @@ namespace {
 
 const char *const kUsage =
     R"(usage: focus_bench [--runs N] [--seed N] [--jobs N] [--methods LIST] [--lamps N]
-                   [--scene N [--curve yes|--samples yes]] [--failures N] [--short yes] [--write FILE]
+                   [--scene N] [--failures N] [--short yes] [--write FILE]
 
 Focuses both lenses of the rig on random scenes and prints how well that went.
 
   --runs N        scenes (default: 200)
   --seed N        of the random numbers (default: 20090915)
   --jobs N        processes (default: 1)
-  --methods LIST  of cold, table, climb, stops, sweep, closed, wide, separated by commas
-                  (default: cold,table,climb,stops)
-  --measure N     of the autofocus: 0 variance, 1 normalised, 2 Tenengrad, 3 Laplacian (default: 0)
+  --methods LIST  cold, table, or both, separated by a comma (default: cold,table)
   --scene N       this scene only, with all that is known about it
   --lamps N       percent of the scenes that have lamps (default: 10)
-  --curve yes     with --scene: the curves of both lenses, a line for each position of a ring: side,
-                  position, blur, then variance, its normalised form, Tenengrad and Laplacian energy
-                  without noise, and the same with it
-  --samples yes   with --scene: what each autofocus saw, a line for each frame: side, leg, position,
-                  then sharpness and its standard deviation for each channel, relative variance of
-                  the noise, mean, and saturated values in 1/1000
   --failures N    failures that are printed, one a line (default: 20)
   --short yes     the limits of a few hundred scenes, as tools/test --all has them
   --write FILE    the table, in Markdown
@@ -51,29 +43,10 @@ struct Options {
     unsigned runs = 200, jobs = 1, failures = 20;
     uint64_t seed = 20090915;
     long scene = -1;
-    bool curve = false, samples = false, is_short = false;
+    bool is_short = false;
     std::string write;
     std::vector<unsigned> methods;
 };
-
-void print_samples(const FocusBench &bench, unsigned side) {
-    const focus_curve &curve = bench.rig.camera[side].focus.search.curve;
-    const SceneSide &own = bench.scene.side[side];
-    const simrig::LensMotorSettings &motor = own.motors[simrig::kFocus];
-    std::printf("# side %u: best ring %.1f, %.3f px a count, play %.1f, drift %.1f\n", side,
-                own.best_ring(), own.px_per_count(), motor.backlash_counts,
-                simrig::drift_counts(motor, bench.now_s() * 1e6));
-    for (unsigned i = 0; i < curve.count; i++) {
-        const focus_sample &sample = curve.samples[i];
-        std::printf("%u %u %.2f", side, unsigned(sample.leg), double(sample.position));
-        for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
-            std::printf(" %.5g %.3g", double(sample.sharpness[channel]),
-                        double(sample.deviation[channel]));
-        }
-        std::printf(" %.4g %.4g %u\n", double(sample.noise), double(sample.mean),
-                    unsigned(sample.saturated_permille));
-    }
-}
 
 /// All methods on a scene, each with a rig that was just switched on.
 std::vector<Result> run_scene(const Options &options, unsigned index) {
@@ -93,9 +66,6 @@ std::vector<Result> run_scene(const Options &options, unsigned index) {
         for (unsigned side = 0; side < kSides; side++) {
             results.push_back(bench.result(method, side, reports[side]));
             results.back().both_seconds = seconds;
-            if (options.samples && kMethodRows[method].ours) {
-                print_samples(bench, side);
-            }
         }
         const char *what = bench.rig.last_error.text;
         if (options.scene >= 0 && *what != '\0') {
@@ -181,7 +151,7 @@ std::vector<unsigned> methods_of(const std::string &list) {
 
 Options options_of(int argc, char **argv) {
     Options options;
-    std::string methods = "cold,table,climb,stops";
+    std::string methods = "cold,table";
     for (int i = 1; i < argc; i++) {
         const std::string name = argv[i];
         if (name == "--help") {
@@ -205,12 +175,6 @@ Options options_of(int argc, char **argv) {
             options.scene = long(number(value));
         } else if (name == "--lamps") {
             lamps_share = double(number(value)) / 100;
-        } else if (name == "--curve") {
-            options.curve = std::strcmp(value, "yes") == 0;
-        } else if (name == "--measure") {
-            measure_of_autofocus = focus_measure(number(value) % FOCUS_MEASURES);
-        } else if (name == "--samples") {
-            options.samples = std::strcmp(value, "yes") == 0;
         } else if (name == "--short") {
             options.is_short = std::strcmp(value, "yes") == 0;
         } else if (name == "--write") {
@@ -224,36 +188,6 @@ Options options_of(int argc, char **argv) {
     }
     options.methods = methods_of(methods);
     return options;
-}
-
-void print_curve(const Options &options) {
-    const Scene scene = draw_scene(options.seed, unsigned(options.scene));
-    BlurStack stack;
-    build_stack(scene, stack);
-    FocusBench bench(scene, stack);
-    const focus_noise noise = unity_noise(), own = focus_noise_at(&noise, uint16_t(scene.gain_q3));
-    bench.bring_up();
-    for (unsigned side = 0; side < kSides; side++) {
-        for (double ring = kRingLow; ring <= kRingHigh; ring++) {
-            const SceneSide &lens = scene.side[side];
-            const Rings rings = {lens.zoom, ring, lens.iris};
-            std::printf("%u %.0f %.2f", side, ring, lens.blur_px(ring));
-            for (const bool noisy : {false, true}) {
-                const FocusCamera &camera = bench.camera(side);
-                const auto frame =
-                    noisy ? camera.noisy(rings, ring * 1e4 / 7) : camera.still(rings);
-                const focus_window window = {&frame[kMarginPx * kFramePx + kMarginPx], kFramePx,
-                                             kRegionPx, kRegionPx, kValueMax};
-                for (int measure = 0; measure < FOCUS_MEASURES; measure++) {
-                    const focus_noise none{};
-                    const focus_sharpness sharpness = focus_measure_window(
-                        &window, FOCUS_GREEN, focus_measure(measure), noisy ? &own : &none);
-                    std::printf(" %.4g", double(sharpness.energy));
-                }
-            }
-            std::printf("\n");
-        }
-    }
 }
 
 /// All that is known about a scene.
@@ -281,14 +215,13 @@ void print_scene(const Options &options) {
 int main(int argc, char **argv) {
     const Options options = options_of(argc, argv);
     if (options.scene >= 0) {
-        options.curve ? print_curve(options) : print_scene(options);
+        print_scene(options);
         return 0;
     }
     const std::vector<Result> results = run_all(options);
     unsigned shown = 0;
     for (const Result &result : results) {
-        if (kMethodRows[result.method].ours && failure_of(result) != nullptr &&
-            shown < options.failures) {
+        if (failure_of(result) != nullptr && shown < options.failures) {
             print_failure(result);
             shown++;
         }
