@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The truth of synthetic pairs, which other tests trust, and the lens model, against a second one.
+// The truth of synthetic pairs, which other tests trust.
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "stereo/geometry/geometry.h"
-#include "stereo/geometry/lens.h"
 #include "synthetic/pair.hpp"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"
@@ -80,23 +78,6 @@ Pair rendered(const Scene &scene, const Rig &rig, int bits, int samples, uint64_
     return render(scene, rig, options);
 }
 
-// With distortion of every kind.
-Camera bent_camera() {
-    Camera camera;
-    camera.width = 640;
-    camera.height = 480;
-    camera.fx = 700;
-    camera.fy = 710;
-    camera.cx = 325;
-    camera.cy = 236;
-    camera.k1 = -0.28;
-    camera.k2 = 0.09;
-    camera.p1 = 0.0012;
-    camera.p2 = -0.0007;
-    camera.k3 = -0.01;
-    return camera;
-}
-
 }  // namespace
 
 TEST_CASE("the truth warps the right image onto the left one") {
@@ -117,39 +98,5 @@ TEST_CASE("the truth warps the right image onto the left one") {
         const Warp beside = warp_right_to_left(pair, 0.05);
         CHECK(beside.rms > 2 * exact.rms);
         CHECK(beside.bias_px == doctest::Approx(-0.05).epsilon(0.05));
-    }
-}
-
-TEST_CASE("two lens models written apart agree") {
-    // The generator's own equations and the product's: a mistake would have to be made twice.
-    const Camera camera = bent_camera();
-    const struct lens lens = {640,       480,       700,       710,       325,
-                              236,       camera.k1, camera.k2, camera.p1, camera.p2,
-                              camera.k3, 0,         0,         0,         LENS_BROWN_CONRADY};
-    double worst_px = 0, worst_direction = 0;
-    for (int y = 0; y < 480; y += 31) {
-        for (int x = 0; x < 640; x += 31) {
-            const Pixel pixel{static_cast<double>(x), static_cast<double>(y)};
-            const Vector ours = camera.direction(pixel);
-            const double at[2] = {pixel.x, pixel.y};
-            double theirs[3];
-            REQUIRE(lens_ray(&lens, at, theirs));
-            worst_direction =
-                std::max(worst_direction, norm(ours - Vector{theirs[0], theirs[1], theirs[2]}));
-            const double point[3] = {300 * ours.x, 300 * ours.y, 300 * ours.z};
-            double back[2];
-            REQUIRE(lens_project(&lens, point, back));
-            worst_px = std::max({worst_px, std::abs(back[0] - x), std::abs(back[1] - y)});
-        }
-    }
-    CHECK(worst_direction < 1e-11);
-    CHECK(worst_px < 1e-8);
-    const Vector rotation{0.3, -0.5, 0.2};
-    const double vector[3] = {rotation.x, rotation.y, rotation.z};
-    double R[9];
-    geometry_rotation_from_vector(vector, R);
-    const Matrix ours = rotation_from_vector(rotation);
-    for (size_t i = 0; i < 9; i++) {
-        CHECK(std::abs(R[i] - ours[i]) < 1e-14);
     }
 }

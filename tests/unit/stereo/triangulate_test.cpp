@@ -85,6 +85,37 @@ TEST_CASE("a point worked out by hand") {
     CHECK(point.sigma_um == doctest::Approx(20000 * std::sqrt(1.05)).epsilon(1e-3));
 }
 
+TEST_CASE("points are the mid-points of both rays") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    int points = 0;
+    for (int i = 0; i < 2000; i++) {
+        const rectify_plan plan = random_plan(random);
+        triangulate_vertical vertical = {};
+        vertical.offset_px = std::round(uniform(random, -512, 512)) / 256;
+        vertical.samples = 100;
+        const triangulate_plan fixed = made(plan, &vertical);
+        const int x = static_cast<int>(uniform(random, 0, plan.width_px));
+        const int y = static_cast<int>(uniform(random, 0, plan.height_px));
+        const auto disparity_q8 = static_cast<int32_t>(
+            std::lround(256 * (uniform(random, 30, 600) + plan.cx_left_px - plan.cx_right_px)));
+        triangulate_point point;
+        geometry_midpoint slow;
+        if (!triangulate_match(&fixed, x, y, disparity_q8, 10, &point)) {
+            continue;
+        }
+        REQUIRE(slow_midpoint(plan, x, y, disparity_q8 / 256.0, vertical.offset_px, &slow));
+        points++;
+        const double away_um =
+            std::hypot(1e3 * slow.point_mm[0] - point.x_um, 1e3 * slow.point_mm[1] - point.y_um,
+                       1e3 * slow.point_mm[2] - point.z_um);
+        REQUIRE(away_um <= 2 + 1e-6 * 1e3 * geometry_norm(slow.point_mm));
+        const double miss_um = 1e3 * slow.miss_mm;
+        REQUIRE(std::fabs(point.miss_um - miss_um) <= 1.5 + 1e-4 * miss_um);
+    }
+    CHECK(points > 1500);
+}
+
 TEST_CASE("sigma is what the point moves when the disparity does") {
     Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
