@@ -4,7 +4,6 @@
 #define VERGENCE_TESTS_FAKE_WATCHDOG_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -16,14 +15,10 @@ struct fake_watchdog {
     bool sets_period, reports_period, has_keepalive;
     bool armed;
     unsigned feeds;
-    uint64_t fed_us;
-    uint64_t longest_us;  ///< longest time between two feeds
 };
 
 /// Adds the device. Lives until the next call.
 struct fake_watchdog *fake_watchdog_add(const char *path);
-/// Whether the system would have restarted by now.
-bool fake_watchdog_bit(const struct fake_watchdog *self);
 
 #ifdef __cplusplus
 }

@@ -162,26 +162,6 @@ TEST_CASE("missed frames are counted") {
     CHECK(camera.counts().restarts == 0);
 }
 
-TEST_CASE("two frames can be lent and keep their pixels") {
-    const Kernel kernel;
-    grey_camera();
-    Camera camera;
-    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
-    hal_camera_frame first, second, third;
-    REQUIRE(camera.take(&first) == ERROR_OK);
-    REQUIRE(camera.take(&second) == ERROR_OK);
-    CHECK(first.image.data[0] == 0);
-    CHECK(second.image.data[0] == 1);
-    raw_image_release(&first.image);
-    for (int i = 0; i < 9; i++) {
-        REQUIRE(camera.take(&third) == ERROR_OK);
-        CHECK(second.image.data[0] == 1);
-        CHECK(third.image.data[0] == 2 + i);
-        raw_image_release(&third.image);
-    }
-    raw_image_release(&second.image);
-}
-
 TEST_CASE("the driver's frame flags are reported") {
     const Kernel kernel;
     fake_video *video = grey_camera();

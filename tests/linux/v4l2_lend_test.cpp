@@ -5,9 +5,7 @@
 #include <iterator>
 
 #include "camera_harness.hpp"
-#include "daemon/base/memory.h"
 #include "scratch.hpp"
-#include "synthetic/seed.hpp"
 
 namespace {
 
@@ -38,28 +36,6 @@ class FreeMemory {
 };
 
 }  // namespace
-
-TEST_CASE("a full-size pair takes the memory of two frames") {
-    const Kernel kernel;
-    constexpr uint16_t kFullWidth = 2048, kFullHeight = 1536;
-    constexpr uint64_t kFrame_bytes = 2 * kFullWidth * kFullHeight;
-    const FreeMemory memory(8 * kFrame_bytes);
-    mosaic_camera(kFullWidth, kFullHeight);
-    memory_return_freed();
-    Camera camera;
-    const uint64_t before = memory_used_now().bytes;
-    REQUIRE(camera.start(kFullWidth, kFullHeight) == ERROR_OK);
-    hal_camera_frame left, right;
-    REQUIRE(camera.take(&left) == ERROR_OK);
-    REQUIRE(camera.take(&right, left.end_us) == ERROR_OK);
-    const uint64_t used = memory_used_now().bytes - before;
-    if (!synthetic::kSanitized) {  // which has memory of its own beside what it checks
-        CHECK(used < 2 * kFrame_bytes + 400000);
-    }
-    CHECK(used > kFrame_bytes);
-    raw_image_release(&left.image);
-    raw_image_release(&right.image);
-}
 
 TEST_CASE("lent frames keep their pixels whatever becomes of the stream") {
     const Kernel kernel;
