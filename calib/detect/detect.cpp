@@ -62,7 +62,8 @@ void plain_boards(search *state, int level, const std::vector<grid> &grids) {
         near_miss miss = near_miss_of(state->levels[static_cast<size_t>(level)], found);
         board_view view;
         if (has_size_of(state->board, found) && miss.corners >= min) {
-            const refined_grid refined = refine(state->levels, level, found, state->clear_share());
+            const refined_grid refined =
+                refine_corners(state->levels, level, found, state->clear_share());
             miss.continued = squares_continue(state->levels[0], found, refined);
             if (!miss.continued && outer_lines_measured(found, refined) &&
                 !too_blurred(refined.blur_px, refined.spacing_px)) {
@@ -134,7 +135,7 @@ void coded_parts(search *state, int level, const std::vector<grid> &grids) {
         miss.markers_known = reading.known;
         miss.mirrored = reading.placed && reading.place.mirrored;
         if (reading.placed && !miss.mirrored) {
-            corners = refine(state->levels, level, found, state->clear_share());
+            corners = refine_corners(state->levels, level, found, state->clear_share());
             if (!too_blurred(corners.blur_px, corners.spacing_px)) {
                 parts.push_back({&found, std::move(corners), reading.place});
                 continue;
@@ -175,8 +176,8 @@ void look(search *state, const std::vector<plane> &planes, const detect_options 
 std::string reason(search *state) {
     const size_t corners = static_cast<size_t>(state->nearest_grid.found_count());
     if (corners > 0 && corners < too_many_corners(state->board)) {
-        const refined_grid refined =
-            refine(state->levels, state->nearest_level, state->nearest_grid, state->clear_share());
+        const refined_grid refined = refine_corners(state->levels, state->nearest_level,
+                                                    state->nearest_grid, state->clear_share());
         state->nearest.blur_px = refined.blur_px;
         state->nearest.spacing_px = refined.spacing_px;
     }

@@ -3,7 +3,7 @@
 #ifndef VERGENCE_CALIB_DETECT_DETECT_EXTENT_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_EXTENT_HPP
 
-#include "calib/detect/detect_refine.hpp"
+#include "calib/detect/refine_corners.hpp"
 
 namespace calib::detect {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calib/base/board.hpp"
-#include "calib/detect/detect_refine.hpp"
+#include "calib/detect/refine_corners.hpp"
 
 namespace calib::detect {
 

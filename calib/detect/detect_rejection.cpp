@@ -13,7 +13,7 @@ namespace {
 
 constexpr double max_blur_share = 0.35;  // of the side of a square
 // From here on blur is the likely reason for missing corners.
-constexpr double suspect_blur_share = 0.25;
+constexpr double doubtful_blur_share = 0.25;
 constexpr int white_grey = 252, dark_grey = 40;
 constexpr double max_white_share = 0.4, max_dark_share = 0.995;
 constexpr double blurred_px =
@@ -147,7 +147,7 @@ std::string rejection_of(const board &board, const std::vector<plane> &levels,
     if (nearest.corners < std::min(fewest_corners, wanted)) {
         return image_rejection(levels);
     }
-    if (nearest.blur_px > suspect_blur_share * nearest.spacing_px) {
+    if (nearest.blur_px > doubtful_blur_share * nearest.spacing_px) {
         return sentence("too blurred (edges are %.1f pixels wide, squares %.0f pixels)",
                         2.5 * nearest.blur_px, nearest.spacing_px);
     }

@@ -102,9 +102,9 @@ bool join(bundle *data, const bundle_state (&single)[CAMERAS], bundle_state *sta
     INVARIANT(off.size() == pairs.size());
     std::vector<double> sorted = off;
     std::nth_element(sorted.begin(), sorted.begin() + long(sorted.size() / 2), sorted.end());
-    const double suspect_px = 5 * sorted[sorted.size() / 2] + 3;
+    const double largest_px = 5 * sorted[sorted.size() / 2] + 3;
     for (size_t k = 0; k < pairs.size(); k++) {
-        if (off[k] > suspect_px) {
+        if (off[k] > largest_px) {
             data->captures[pairs[k]][LEFT].used = false;
             data->captures[pairs[k]][RIGHT].used = false;
         }

@@ -19,7 +19,7 @@ zoom_covariance covariance_of(const zoom_problem &problem, const zoom_layout &la
                               const zoom_estimate &estimate);
 
 /// One step towards the most likely variances of deviations and latents: a fixed point of the
-/// evidence. Returns the largest relative change of a standard deviation.
+/// marginal likelihood. Returns the largest relative change of a standard deviation.
 /// Source: D. MacKay, "Bayesian interpolation", 1992, section 4.3.
 double update_variances(const zoom_problem &problem, const zoom_layout &layout,
                         const zoom_estimate &estimate, const zoom_covariance &covariance,

@@ -58,7 +58,7 @@ static void put_side(const struct command_call *call, const struct saved_setting
     reply_group_end(call);
 }
 
-static void put(const struct command_call *call, const struct saved_settings *saved) {
+static void reply_settings(const struct command_call *call, const struct saved_settings *saved) {
     reply_text(call, "profile", saved->profile);
     if (saved->width_px != 0) {
         reply_group_begin(call, "window", false);
@@ -144,7 +144,7 @@ static int run_show(const struct command_call *call) {
     struct saved_settings saved;
     const int error = load(call, &saved);
     if (error == 0) {
-        put(call, &saved);
+        reply_settings(call, &saved);
     }
     return error;
 }
@@ -158,7 +158,7 @@ static int run_save(const struct command_call *call) {
     if (error != 0) {
         return command_fail_store(call, error, "settings", "save to");
     }
-    put(call, &saved);
+    reply_settings(call, &saved);
     return 0;
 }
 
@@ -166,7 +166,7 @@ static int run_restore(const struct command_call *call) {
     struct saved_settings saved;
     const int error = restore(call, true, &saved);
     if (error == 0) {
-        put(call, &saved);
+        reply_settings(call, &saved);
     }
     return error;
 }

@@ -164,8 +164,9 @@ struct line {
     const char *at, *end;  // still to be parsed
 };
 
-static void put(struct line *line, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void put(struct line *line, const char *format, ...) {
+static void append_text(struct line *line, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static void append_text(struct line *line, const char *format, ...) {
     const size_t length = strlen(line->text), room = SESSION_LINE_MAX + 1 - length;
     va_list arguments;
     va_start(arguments, format);
@@ -175,7 +176,7 @@ static void put(struct line *line, const char *format, ...) {
 }
 
 /// Moves behind `word` if it comes next.
-static bool take(struct line *line, const char *word) {
+static bool skip_word(struct line *line, const char *word) {
     const size_t length = strlen(word);
     const bool there = !line->wrong && (size_t)(line->end - line->at) >= length &&
                        memcmp(line->at, word, length) == 0;
@@ -203,7 +204,7 @@ static uint64_t take_number(struct line *line, unsigned base, uint64_t max) {
 static void put_text(struct line *line, const char *text) {
     for (; *text != '\0'; text++) {
         const unsigned char byte = (unsigned char)*text;
-        put(line, byte > ' ' && byte < 0x7f && byte != '%' ? "%c" : "%%%02x", byte);
+        append_text(line, byte > ' ' && byte < 0x7f && byte != '%' ? "%c" : "%%%02x", byte);
     }
 }
 
@@ -223,12 +224,12 @@ static void walk_values(struct line *line, struct session_event *event) {
     if (line->parses) {
         do {
             event->values[event->count++] = (uint16_t)take_number(line, 16, UINT16_MAX);
-        } while (event->count < SESSION_REGISTERS_MAX && take(line, ","));
+        } while (event->count < SESSION_REGISTERS_MAX && skip_word(line, ","));
         return;
     }
     line->wrong |= event->count == 0 || event->count > SESSION_REGISTERS_MAX;
     for (int i = 0; i < event->count && !line->wrong; i++) {
-        put(line, "%s%04" PRIx16, i > 0 ? "," : "", event->values[i]);
+        append_text(line, "%s%04" PRIx16, i > 0 ? "," : "", event->values[i]);
     }
 }
 
@@ -239,8 +240,8 @@ static void walk_parts(struct line *line, struct pair_frame *frame) {
         for (int i = 0; i < frame->parts && !line->wrong; i++) {
             const struct pair_part *part = &frame->part[i];
             line->wrong = part->frames == 0;
-            put(line, "%s%" PRIu32 ":%" PRIu16 ":%" PRIu16, i > 0 ? "," : "", part->exposure_us,
-                part->gain_q3, part->frames);
+            append_text(line, "%s%" PRIu32 ":%" PRIu16 ":%" PRIu16, i > 0 ? "," : "",
+                        part->exposure_us, part->gain_q3, part->frames);
         }
         return;
     }
@@ -248,12 +249,12 @@ static void walk_parts(struct line *line, struct pair_frame *frame) {
     do {
         struct pair_part *part = &frame->part[frame->parts++];
         part->exposure_us = (uint32_t)take_number(line, 10, UINT32_MAX);
-        line->wrong |= !take(line, ":");
+        line->wrong |= !skip_word(line, ":");
         part->gain_q3 = (uint16_t)take_number(line, 10, UINT16_MAX);
-        line->wrong |= !take(line, ":");
+        line->wrong |= !skip_word(line, ":");
         part->frames = (uint16_t)take_number(line, 10, UINT16_MAX);
         line->wrong |= part->frames == 0;
-    } while (frame->parts < PAIR_PARTS_MAX && take(line, ","));
+    } while (frame->parts < PAIR_PARTS_MAX && skip_word(line, ","));
 }
 
 static bool has_sign(const struct field *field) {
@@ -264,12 +265,12 @@ static bool has_sign(const struct field *field) {
 /// counts, whose error is not known.
 static void put_position(struct line *line, const struct lens_mean *mean) {
     if (mean->position_q4 == INT32_MIN) {
-        put(line, NO_POSITION);
+        append_text(line, NO_POSITION);
     } else if (mean->sigma_q4 > 0) {
-        put(line, "%" PRId32 ":%" PRIu16, mean->position_q4, mean->sigma_q4);
+        append_text(line, "%" PRId32 ":%" PRIu16, mean->position_q4, mean->sigma_q4);
     } else {
         line->wrong |= mean->position_q4 % 16 != 0;
-        put(line, "%" PRId32, mean->position_q4 / 16);
+        append_text(line, "%" PRId32, mean->position_q4 / 16);
     }
 }
 
@@ -278,34 +279,34 @@ static void put_number(struct line *line, const struct field *field, uint64_t va
     if (bounded && (value < field->min || value > field->max)) {
         line->wrong = true;
     } else if (field->type == CHOICE) {
-        put(line, "%s", field->choices[value]);
+        append_text(line, "%s", field->choices[value]);
     } else if (field->type == HEX) {
-        put(line, "%0*" PRIx64, (int)field->min, value);
+        append_text(line, "%0*" PRIx64, (int)field->min, value);
     } else if (has_sign(field)) {
-        put(line, "%" PRId64, (int64_t)value);
+        append_text(line, "%" PRId64, (int64_t)value);
     } else {
-        put(line, "%" PRIu64, value);
+        append_text(line, "%" PRIu64, value);
     }
 }
 
 static uint64_t parse_number(struct line *line, const struct field *field) {
     for (uint64_t i = 0; field->type == CHOICE && i <= field->max; i++) {
-        if (take(line, field->choices[i])) {
+        if (skip_word(line, field->choices[i])) {
             return i;
         }
     }
-    const bool negative = has_sign(field) && take(line, "-");
+    const bool negative = has_sign(field) && skip_word(line, "-");
     const uint64_t value = take_number(line, field->type == HEX ? 16 : 10, field->max);
     return negative ? -value : value;
 }
 
 static void parse_position(struct line *line, const struct field *field, struct lens_mean *mean) {
     *mean = (struct lens_mean){INT32_MIN, 0};
-    if (take(line, NO_POSITION)) {
+    if (skip_word(line, NO_POSITION)) {
         return;
     }
     const int32_t number = (int32_t)parse_number(line, field);
-    if (take(line, ":")) {
+    if (skip_word(line, ":")) {
         *mean = (struct lens_mean){number, (uint16_t)take_number(line, 10, UINT16_MAX)};
     } else {
         // Counts of older versions.
@@ -374,10 +375,10 @@ static bool walk_key(struct line *line, const struct field *field, const char *p
         return false;
     }
     if (!line->parses) {
-        put(line, "%s", word);
+        append_text(line, "%s", word);
         return true;
     }
-    const bool there = take(line, word);
+    const bool there = skip_word(line, word);
     line->wrong |= !there && !optional;
     if (there && optional) {
         base[field->present] = 1;
@@ -408,7 +409,7 @@ int session_event_print(const struct session_event *event, char text[SESSION_LIN
     struct session_event copy = *event;
     struct line line = {.text = text};
     text[0] = '\0';
-    put(&line, "%s", kinds[event->kind].name);
+    append_text(&line, "%s", kinds[event->kind].name);
     walk(&line, kinds[event->kind].fields, "", (char *)&copy);
     return line.wrong ? ERROR_RANGE : (int)strlen(text);
 }
@@ -417,7 +418,7 @@ int session_event_parse(const char *text, size_t length, struct session_event *e
     struct line line = {.parses = true, .at = text, .end = text + length};
     memset(event, 0, sizeof *event);
     size_t kind = 0;
-    while (kind < SESSION_EVENT_KINDS && !take(&line, kinds[kind].name)) {
+    while (kind < SESSION_EVENT_KINDS && !skip_word(&line, kinds[kind].name)) {
         kind++;
     }
     if (kind == SESSION_EVENT_KINDS) {

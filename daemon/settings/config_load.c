@@ -40,8 +40,8 @@ static int reject_key(const struct loading *self, const struct suggest *suggest)
 }
 
 /// Takes a line or an argument.
-static int take(void *cookie, const char *called, const char *value, int number,
-                struct message *message) {
+static int take_option(void *cookie, const char *called, const char *value, int number,
+                       struct message *message) {
     struct loading *self = cookie;
     size_t count = 0;
     bool old_name = false;
@@ -69,7 +69,7 @@ static int take(void *cookie, const char *called, const char *value, int number,
 
 static int take_text(struct loading *self, const char *text, size_t length) {
     struct config_line line = {.file = self->file};
-    const int error = ini_text_read(text, length, take, self, &line.number, self->message);
+    const int error = ini_text_read(text, length, take_option, self, &line.number, self->message);
     return error != 0 ? config_line_error(&line, error, self->message) : 0;
 }
 
@@ -122,7 +122,7 @@ static int take_word(struct loading *self, const char *word, int number) {
                            *key == '\0' ? "\"%s\": key missing" : "%s: value missing",
                            *key == '\0' ? word : key);
     }
-    return take(self, key, value, number, message);
+    return take_option(self, key, value, number, message);
 }
 
 /// Counts a line in the notation of older versions and reports the current notation.
@@ -262,7 +262,7 @@ int config_load(struct config *config, const char *path, const char *const *word
     }
     if (path != NULL && is_profile_file(path)) {
         error = strlen(path) < CONFIG_TEXT_BYTES
-                    ? take(&self, CONFIG_PROFILE_KEY, path, 1, message)
+                    ? take_option(&self, CONFIG_PROFILE_KEY, path, 1, message)
                     : message_set(message, ERROR_RANGE, "%s: path too long", path);
     } else if (path != NULL) {
         error = take_settings(&self, path);

@@ -61,7 +61,7 @@ static int damaged(struct reader *self) {
 }
 
 /// Takes a word. False: the end.
-static bool take(struct reader *self, uint32_t *word) {
+static bool take_word(struct reader *self, uint32_t *word) {
     if (self->structure.count - self->at < WORD) {
         return false;
     }
@@ -186,7 +186,7 @@ static void take_value(struct reader *self, const char *name, struct bytes value
 static int take_property(struct reader *self) {
     uint32_t count = 0, offset = 0;
     struct bytes value;
-    if (!take(self, &count) || !take(self, &offset) || !take_bytes(self, count, &value) ||
+    if (!take_word(self, &count) || !take_word(self, &offset) || !take_bytes(self, count, &value) ||
         offset >= self->strings.count || self->depth == 0) {
         return damaged(self);
     }
@@ -204,7 +204,7 @@ static int read_tree(struct reader *self) {
     uint32_t token = 0;
     int error = 0;
     while (error == 0) {
-        if (!take(self, &token)) {
+        if (!take_word(self, &token)) {
             return damaged(self);
         }
         switch (token) {

@@ -44,8 +44,8 @@ void lens_table_print(enum lens_table_kind kind, const struct lens_table *table,
 }
 
 // Takes a number up to `ends` or the end, as an integer of 1 / `scale`.
-static bool take(const char **at, const char *ends, double scale, int64_t min, int64_t max,
-                 int64_t *value) {
+static bool take_number(const char **at, const char *ends, double scale, int64_t min, int64_t max,
+                        int64_t *value) {
     char text[NUMBER_BYTES];
     double number = 0;
     const size_t length = strcspn(*at, ends);
@@ -65,10 +65,10 @@ static bool take(const char **at, const char *ends, double scale, int64_t min, i
 
 static bool take_point(const char **at, double scale, struct lens_point *point) {
     int64_t position = 0, value = 0, sigma = 0, times = 0;
-    if (!take(at, ":", 1, 0, AT_MAX, &position) || *(*at)++ != ':' ||
-        !take(at, ":", scale, -VALUE_MAX, VALUE_MAX, &value) || *(*at)++ != ':' ||
-        !take(at, ":", scale, 0, SIGMA_MAX, &sigma) || *(*at)++ != ':' ||
-        !take(at, ",", 1, 0, TIMES_MAX, &times)) {
+    if (!take_number(at, ":", 1, 0, AT_MAX, &position) || *(*at)++ != ':' ||
+        !take_number(at, ":", scale, -VALUE_MAX, VALUE_MAX, &value) || *(*at)++ != ':' ||
+        !take_number(at, ":", scale, 0, SIGMA_MAX, &sigma) || *(*at)++ != ':' ||
+        !take_number(at, ",", 1, 0, TIMES_MAX, &times)) {
         return false;
     }
     *point =
@@ -121,8 +121,8 @@ bool lens_object_parse(const char *text, struct lens_object *object) {
         *object = (struct lens_object){.known = false};
         return true;
     }
-    if (!take(&at, ":", scale, -VALUE_MAX, VALUE_MAX, &position) || *at++ != ':' ||
-        !take(&at, "", scale, 0, SIGMA_MAX, &sigma) || *at != '\0') {
+    if (!take_number(&at, ":", scale, -VALUE_MAX, VALUE_MAX, &position) || *at++ != ':' ||
+        !take_number(&at, "", scale, 0, SIGMA_MAX, &sigma) || *at != '\0') {
         return false;
     }
     *object = (struct lens_object){

@@ -466,7 +466,7 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
     return approach(self, peak.position);
 }
 
-static struct focus_step next(struct focus_search *self, const struct focus_event *event) {
+static struct focus_step next_step(struct focus_search *self, const struct focus_event *event) {
     if (event->jammed) {
         self->result.verdict = FOCUS_LENS_JAMMED;
         return end(self, event);
@@ -501,7 +501,7 @@ static struct focus_step next(struct focus_search *self, const struct focus_even
 
 struct focus_step focus_search_next(struct focus_search *self, const struct focus_event *event) {
     INVARIANT(self->phase != FOCUS_SEARCH_END);
-    struct focus_step step = next(self, event);
+    struct focus_step step = next_step(self, event);
     step.slow = self->slow;
     return step;
 }

@@ -84,7 +84,7 @@ static int read_black(struct rig *rig, unsigned side, uint16_t *black) {
                                 "its black level # is impossible (run bringup)", &number);
 }
 
-static int take(struct merging *self, unsigned side, struct pair_frame *frame) {
+static int take_frame(struct merging *self, unsigned side, struct pair_frame *frame) {
     const int error = pair_take_frame(self->rig, side, rig_now_us(self->rig), frame);
     self->last_begin_us = error == ERROR_OK ? frame->begin_us : self->last_begin_us;
     return error;
@@ -97,7 +97,7 @@ static int take_first(struct merging *self, unsigned side, struct pair_frame *fr
     const uint32_t exposure_us = self->rig->camera[side].exposure_us;
     int error = ERROR_OK;
     if (side == RIG_LEFT) {
-        error = take(self, side, frame);
+        error = take_frame(self, side, frame);
         if (error != ERROR_OK || !brackets) {
             return error;
         }
@@ -109,7 +109,7 @@ static int take_first(struct merging *self, unsigned side, struct pair_frame *fr
     } else if (side == RIG_LEFT) {
         return ERROR_OK;  // this frame is the first one
     }
-    return error == ERROR_OK ? take(self, side, frame) : error;
+    return error == ERROR_OK ? take_frame(self, side, frame) : error;
 }
 
 static void add_part(struct pair_frame *merged, const struct pair_frame *frame) {
@@ -156,7 +156,7 @@ static int add_frames(struct merging *self, unsigned side, struct merge_exposure
             exposure_us *= self->bracket.factor;
             error = set_exposure(self, side, exposure_us);
         }
-        error = error == ERROR_OK ? take(self, side, frame) : error;
+        error = error == ERROR_OK ? take_frame(self, side, frame) : error;
         if (error != ERROR_OK) {
             return error;
         }
@@ -237,7 +237,7 @@ static int merge_side(struct merging *self, unsigned side) {
 static int compare_last(struct merging *self, const struct merge_plan *plan) {
     struct pair *pair = self->pair;
     struct pair_frame again = {.image = {.data = NULL}};
-    const int error = take(self, RIG_LEFT, &again);
+    const int error = take_frame(self, RIG_LEFT, &again);
     if (error != ERROR_OK) {
         return error;
     }

@@ -193,11 +193,14 @@ def git(tree, *words):
 
 
 def commit_subjects(tree):
-    """Of the commits since the main branch; on the main branch itself of the last one."""
+    """Of the commits since the last release (a tag v*); without one since the main branch, and on the main
+    branch itself of the last one."""
+    log = ("log", "--no-merges", "--format=%h %s")
     commits = []
-    for main in ("origin/HEAD", "origin/main", "main"):
-        commits = commits or git(tree, "log", "--no-merges", "--format=%h %s", f"{main}..HEAD")
-    commits = commits or git(tree, "log", "--no-merges", "--format=%h %s", "-1")
+    for base in git(tree, "describe", "--tags", "--abbrev=0", "--match", "v[0-9]*") + [
+            "origin/HEAD", "origin/main", "main"]:
+        commits = commits or git(tree, *log, f"{base}..HEAD")
+    commits = commits or git(tree, *log, "-1")
     places = []
     for line in commits:
         commit, _, subject = line.partition(" ")

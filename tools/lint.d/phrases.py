@@ -49,6 +49,10 @@ PHRASES = (
     (word("scribes?"), "disk_writer"),
     (word("errands?"), "write_job, job"),
     (word("seals?", "sealed", "sealing"), "framed, with a CRC"),
+    (word("evidence", "believed", "companions?"), "block_check, accepted_range, support_count; measurements, kept"),
+    (word("suspects?"), "doubtful, to be checked"),
+    (word("humps?"), "wide_peak"),
+    (r"(?<!line of )" + word("sights?"), "observation"),
 )
 # Python has `is None`.
 CASE_MATTERS = (

@@ -4,7 +4,8 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-static struct fault_plan_effect next(const struct fault_common *common, const char *operation) {
+static struct fault_plan_effect next_effect(const struct fault_common *common,
+                                            const char *operation) {
     return fault_plan_next(common->plan, common->part, operation);
 }
 
@@ -37,7 +38,7 @@ static void garble(void *data, size_t bytes) {
 static int i2c_transfer(void *opaque, const struct hal_i2c_message *messages, size_t count,
                         uint64_t deadline_us, size_t *begun) {
     const struct fault_i2c *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "transfer");
+    const struct fault_plan_effect effect = next_effect(&self->common, "transfer");
     if (fails_before(&effect)) {
         const bool addressed =
             effect.error == ERROR_I2C_NACK || effect.error == ERROR_I2C_ARBITRATION;
@@ -56,7 +57,7 @@ static int i2c_transfer(void *opaque, const struct hal_i2c_message *messages, si
 
 static int i2c_lines(void *opaque, unsigned pulled, unsigned *high) {
     const struct fault_i2c *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "lines");
+    const struct fault_plan_effect effect = next_effect(&self->common, "lines");
     return fails_before(&effect)
                ? effect.error
                : result_of(&effect, self->real->operations->lines(self->real->self, pulled, high));
@@ -73,7 +74,7 @@ void fault_i2c_wrap(struct fault_i2c *self, const struct fault_common *common,
 
 static int camera_start(void *opaque, const struct hal_camera_format *format) {
     const struct fault_camera *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "start");
+    const struct fault_plan_effect effect = next_effect(&self->common, "start");
     return fails_before(&effect)
                ? effect.error
                : result_of(&effect, self->real->operations->start(self->real->self, format));
@@ -82,14 +83,14 @@ static int camera_start(void *opaque, const struct hal_camera_format *format) {
 /// Stops the stream in any case: an error models a camera that is gone.
 static int camera_stop(void *opaque) {
     const struct fault_camera *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "stop");
+    const struct fault_plan_effect effect = next_effect(&self->common, "stop");
     return result_of(&effect, self->real->operations->stop(self->real->self));
 }
 
 static int camera_take(void *opaque, uint64_t not_before_us, uint64_t deadline_us,
                        struct hal_camera_frame *frame) {
     const struct fault_camera *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "take");
+    const struct fault_plan_effect effect = next_effect(&self->common, "take");
     if (fails_before(&effect)) {
         return fail_by(&self->common, effect.error, deadline_us);
     }
@@ -111,7 +112,7 @@ static int camera_take(void *opaque, uint64_t not_before_us, uint64_t deadline_u
 static int camera_control(void *opaque, enum hal_camera_control control, int32_t value,
                           int32_t *applied) {
     const struct fault_camera *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "control");
+    const struct fault_plan_effect effect = next_effect(&self->common, "control");
     return fails_before(&effect)
                ? effect.error
                : result_of(&effect, self->real->operations->control(self->real->self, control,
@@ -138,7 +139,7 @@ void fault_camera_wrap(struct fault_camera *self, const struct fault_common *com
 
 static int gpio_set(void *opaque, enum hal_gpio_line line, bool active) {
     const struct fault_gpio *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "set");
+    const struct fault_plan_effect effect = next_effect(&self->common, "set");
     return fails_before(&effect)
                ? effect.error
                : result_of(&effect, self->real->operations->set(self->real->self, line, active));
@@ -146,7 +147,7 @@ static int gpio_set(void *opaque, enum hal_gpio_line line, bool active) {
 
 static int gpio_get(void *opaque, enum hal_gpio_line line, bool *active) {
     const struct fault_gpio *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "get");
+    const struct fault_plan_effect effect = next_effect(&self->common, "get");
     if (fails_before(&effect)) {
         return effect.error;
     }
@@ -167,7 +168,7 @@ void fault_gpio_wrap(struct fault_gpio *self, const struct fault_common *common,
 
 static int uart_write(void *opaque, const void *data, size_t bytes, uint64_t deadline_us) {
     const struct fault_uart *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "write");
+    const struct fault_plan_effect effect = next_effect(&self->common, "write");
     return fails_before(&effect)
                ? fail_by(&self->common, effect.error, deadline_us)
                : result_of(&effect, self->real->operations->write(self->real->self, data, bytes,
@@ -177,7 +178,7 @@ static int uart_write(void *opaque, const void *data, size_t bytes, uint64_t dea
 static int uart_read(void *opaque, void *data, size_t capacity, uint64_t deadline_us,
                      size_t *bytes) {
     const struct fault_uart *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "read");
+    const struct fault_plan_effect effect = next_effect(&self->common, "read");
     if (fails_before(&effect)) {
         return fail_by(&self->common, effect.error, deadline_us);
     }
@@ -195,7 +196,7 @@ static int uart_read(void *opaque, void *data, size_t capacity, uint64_t deadlin
 
 static int uart_discard(void *opaque) {
     const struct fault_uart *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "discard");
+    const struct fault_plan_effect effect = next_effect(&self->common, "discard");
     return fails_before(&effect)
                ? effect.error
                : result_of(&effect, self->real->operations->discard(self->real->self));
@@ -210,7 +211,7 @@ void fault_uart_wrap(struct fault_uart *self, const struct fault_common *common,
 
 static int store_load(void *opaque, const char *name, void *data, size_t capacity, size_t *bytes) {
     const struct fault_store *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "load");
+    const struct fault_plan_effect effect = next_effect(&self->common, "load");
     if (fails_before(&effect)) {
         return effect.error;
     }
@@ -224,7 +225,7 @@ static int store_load(void *opaque, const char *name, void *data, size_t capacit
 
 static int store_save(void *opaque, const char *name, const void *data, size_t bytes) {
     const struct fault_store *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "save");
+    const struct fault_plan_effect effect = next_effect(&self->common, "save");
     return fails_before(&effect) ? effect.error
                                  : result_of(&effect, self->real->operations->save(
                                                           self->real->self, name, data, bytes));
@@ -232,7 +233,7 @@ static int store_save(void *opaque, const char *name, const void *data, size_t b
 
 static int store_remove(void *opaque, const char *name) {
     const struct fault_store *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "remove");
+    const struct fault_plan_effect effect = next_effect(&self->common, "remove");
     return fails_before(&effect)
                ? effect.error
                : result_of(&effect, self->real->operations->remove(self->real->self, name));
@@ -247,7 +248,7 @@ void fault_store_wrap(struct fault_store *self, const struct fault_common *commo
 
 static int watchdog_feed(void *opaque) {
     const struct fault_watchdog *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "feed");
+    const struct fault_plan_effect effect = next_effect(&self->common, "feed");
     return fails_before(&effect)
                ? effect.error
                : result_of(&effect, self->real->operations->feed(self->real->self));

@@ -28,7 +28,7 @@ static const char *word_of(enum hal_log_level level) {
 }
 
 /// Writes the line completely or not at all. Only a terminal may take a part; the line is then cut.
-static bool put(const struct stderr_log *self, const char *line, size_t bytes) {
+static bool write_whole(const struct stderr_log *self, const char *line, size_t bytes) {
     struct pollfd polled = {.fd = self->fd, .events = POLLOUT};
     // A pipe without a reader is also ready, but writing to it raises a signal.
     if (self->fd < 0 || poll(&polled, 1, 0) != 1 || polled.revents != POLLOUT) {
@@ -57,7 +57,7 @@ static bool put_text(const struct stderr_log *self, enum hal_log_level level, co
         }
     }
     line[length] = '\n';
-    return put(self, line, (size_t)length + 1);
+    return write_whole(self, line, (size_t)length + 1);
 }
 
 static void write_line(void *opaque, enum hal_log_level level, const char *text) {

@@ -109,8 +109,9 @@ static int search(struct exposure_job *job, struct rig_region *region,
 }
 
 // The result of a side for a setting near the measured one.
-static void put(struct exposure_job *job, unsigned side, const struct exposure_setting *setting,
-                const struct exposure_light *light, struct rig_autoexposure_side *out) {
+static void set_result(struct exposure_job *job, unsigned side,
+                       const struct exposure_setting *setting, const struct exposure_light *light,
+                       struct rig_autoexposure_side *out) {
     out->exposure_us = setting->exposure_us;
     out->gain_q3 = setting->gain_q3;
     out->iris = !exposure_has_iris(job, side) ? INT32_MIN
@@ -248,8 +249,8 @@ static int search_both(struct exposure_job *job, struct rig_autoexposure_result 
         }
     }
     error = match_both(job, &left, &right, result);
-    put(job, RIG_LEFT, &left, &left_light, &sides[RIG_LEFT]);
-    put(job, RIG_RIGHT, &right, &right_light, &sides[RIG_RIGHT]);
+    set_result(job, RIG_LEFT, &left, &left_light, &sides[RIG_LEFT]);
+    set_result(job, RIG_RIGHT, &right, &right_light, &sides[RIG_RIGHT]);
     return error;
 }
 
@@ -320,7 +321,7 @@ int rig_autoexposure(struct rig *self, const struct rig_autoexposure_request *re
         error =
             search_side(&job, first, &job.before[first], &setting, &light, &result->side[first]);
         if (error == ERROR_OK) {
-            put(&job, first, &setting, &light, &result->side[first]);
+            set_result(&job, first, &setting, &light, &result->side[first]);
         }
     }
     if (error != ERROR_OK) {

@@ -88,8 +88,8 @@ static const struct lens_axis_settings *axis_of(const struct focuser *self) {
 
 // ---- frames
 
-static int take(struct focuser *self, uint64_t not_before_us, enum focus_leg leg,
-                struct pending *taken) {
+static int take_sample(struct focuser *self, uint64_t not_before_us, enum focus_leg leg,
+                       struct pending *taken) {
     struct rig_region_frame frame;
     const int error = rig_region_take(self->rig, &self->region, not_before_us, &frame);
     if (error != ERROR_OK) {
@@ -192,7 +192,7 @@ static int take_next(struct focuser *self, const struct focus_step *step, uint64
         error = step_moves(self, *next_us + exposure_us);
     }
     if (error == ERROR_OK) {
-        error = take(self, *next_us, step->leg, pending);
+        error = take_sample(self, *next_us, step->leg, pending);
     }
     if (error != ERROR_OK) {
         return error;
@@ -231,7 +231,7 @@ static int look(void *focuser, const struct focus_step *step, double position) {
     for (unsigned i = 0; i < step->frames; i++) {
         struct pending taken;
         const uint64_t rest_us = self->rig->camera[self->side].lens.stopped_at_us;
-        const int error = take(self, rest_us, step->leg, &taken);
+        const int error = take_sample(self, rest_us, step->leg, &taken);
         if (error != ERROR_OK) {
             return error;
         }
@@ -499,7 +499,7 @@ static int end(struct focuser *self) {
     return ERROR_OK;
 }
 
-static int next(struct focuser *self) {
+static int begin_next(struct focuser *self) {
     self->step = focus_search_next(&self->focus->search, &self->event);
     self->state = FOCUSER_READY;
     return ERROR_OK;
@@ -528,7 +528,7 @@ static int advance(struct focuser *self) {
     }
     if (error == ERROR_OK && self->state == FOCUSER_MOVING && rig_lens_move_done(&self->move)) {
         note_rest(self);
-        error = next(self);
+        error = begin_next(self);
     }
     if (error != ERROR_OK || self->state != FOCUSER_READY) {
         return error;
@@ -554,7 +554,7 @@ static int use_port(struct focuser *lenses, unsigned count, bool *busy) {
         *busy = *busy || self->state != FOCUSER_ENDED;
         if (self->state == FOCUSER_READY && self->step.kind != FOCUS_STEP_END) {
             const int error = see(self);
-            return error == ERROR_OK ? next(self) : error;
+            return error == ERROR_OK ? begin_next(self) : error;
         }
         moving = self->state == FOCUSER_MOVING ? self : moving;
     }

@@ -17,8 +17,8 @@ enum {
     CORNER_REACH = 3,  // px of the level by which the corners of the same thing may differ
 };
 
-// Of a match before its noise is known, px, and the least that is believed afterwards: what
-// alignment of small windows leaves in common to neighbours.
+// The noise assumed of a match before it is measured, and the smallest accepted afterwards: the
+// error that the alignment of small windows leaves common to neighbours.
 static const double first_noise_px = 0.5, least_noise_px = 0.02;
 static const double outlier_sigmas = 4;
 // A track supports a hypothesis within this many px.

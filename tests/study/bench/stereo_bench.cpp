@@ -63,7 +63,7 @@ int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) 
         }
         for (bench_outcome &one : outcomes) {
             one.disparity_px = {};  // else those of all pairs take gigabytes
-            one.evidence = {};
+            one.planes = {};
         }
         all.insert(all.end(), outcomes.begin(), outcomes.end());
     }

@@ -62,9 +62,9 @@ void bench_write_maps(const std::string &folder, const bench_pair &pair,
         std::string name = one.method;
         std::replace(name.begin(), name.end(), ' ', '_');
         write(out / (name + ".npy"), size, one.disparity_px);
-        write(out / (name + ".guess.npy"), size, one.evidence.guess_px);
-        write(out / (name + ".reason.npy"), size, one.evidence.reason);
-        write(out / (name + ".confidence.npy"), size, one.evidence.confidence);
-        write(out / (name + ".sigma.npy"), size, one.evidence.sigma_px);
+        write(out / (name + ".guess.npy"), size, one.planes.guess_px);
+        write(out / (name + ".reason.npy"), size, one.planes.reason);
+        write(out / (name + ".confidence.npy"), size, one.planes.confidence);
+        write(out / (name + ".sigma.npy"), size, one.planes.sigma_px);
     }
 }

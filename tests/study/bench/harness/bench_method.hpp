@@ -20,7 +20,7 @@ struct bench_time {
 bench_time bench_timed(const std::function<void()> &work);
 
 /// What our matcher knows about each pixel beyond the map; empty: unknown.
-struct bench_evidence {
+struct bench_planes {
     std::vector<float> guess_px;           // the disparity, of rejected pixels too
     std::vector<std::uint8_t> reason;      // enum reason
     std::vector<std::uint8_t> confidence;  // of the winner
@@ -44,7 +44,7 @@ class bench_method {
     virtual std::vector<float> disparity_px() = 0;
 
     /// Of the last run.
-    virtual bench_evidence evidence() { return {}; }
+    virtual bench_planes planes() { return {}; }
 };
 
 struct bench_method_entry {

@@ -122,8 +122,8 @@ class our_method : public bench_method {
         return result;
     }
 
-    bench_evidence evidence() override {
-        bench_evidence result = {{}, reason_, confidence_, {}};
+    bench_planes planes() override {
+        bench_planes result = {{}, reason_, confidence_, {}};
         for (std::size_t i = 0; i < pixels(); i++) {
             result.guess_px.push_back(static_cast<float>(disparity_q8_[i]) / 256);
             if (refine_) {

@@ -40,9 +40,9 @@ bench_outcome first_run(const bench_method_entry &entry, const bench_pair &pair,
     std::vector<float> disparity_px = method.disparity_px();
     result.density_percent = bench_density_percent(disparity_px);
     result.has_truth = !pair.truth_px.empty();
-    result.evidence = method.evidence();
+    result.planes = method.planes();
     if (result.has_truth) {
-        result.z_rms = bench_z_rms(pair, disparity_px, result.evidence.sigma_px);
+        result.z_rms = bench_z_rms(pair, disparity_px, result.planes.sigma_px);
         result.error = bench_error_of(pair, disparity_px);
         result.filled_bad_1px = bench_error_of(pair, bench_filled(pair, disparity_px))
                                     .all.filled_visible.bad_percent[1];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/detect/detect_refine.hpp"
+#include "calib/detect/refine_corners.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double radius_share = 0.45;     // of the distance to the nearest neighbour
 constexpr double max_sigma_share = 0.04;  // of that distance
-constexpr double suspect_misfit = 0.12;   // from here on a centre of symmetry is better
+constexpr double doubtful_misfit = 0.12;  // from here on a centre of symmetry is better
 constexpr double coarse_radius_px = 10;
 constexpr double fine_radius_px = 28;
 constexpr double min_radius_px = 3.2;
@@ -112,7 +112,7 @@ corner_fit fit_from(const plane &level, corner_guess guess, bool plain) {
             break;
         }
     }
-    if (plain && (!fit || too_blurred(fit->blur_px, spacing_px) || fit->misfit > suspect_misfit)) {
+    if (plain && (!fit || too_blurred(fit->blur_px, spacing_px) || fit->misfit > doubtful_misfit)) {
         const std::optional<corner_fit> centre = fit_symmetry(level, guess);
         fit = centre ? centre : fit;
     }
@@ -219,8 +219,8 @@ refined_grid as_found(int level, const grid &found) {
     return result;
 }
 
-refined_grid refine(const std::vector<plane> &levels, int level, const grid &found,
-                    double clear_share) {
+refined_grid refine_corners(const std::vector<plane> &levels, int level, const grid &found,
+                            double clear_share) {
     const auto plane_at = [&](int l) -> const plane & { return levels[static_cast<size_t>(l)]; };
     // Squares may be as small as eight pixels where they were found; one level finer is large
     // enough to fit them.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Refines a grid found on a pyramid level to corners of the image, accurate to hundredths of a
 /// pixel.
-#ifndef VERGENCE_CALIB_DETECT_DETECT_REFINE_HPP
-#define VERGENCE_CALIB_DETECT_DETECT_REFINE_HPP
+#ifndef VERGENCE_CALIB_DETECT_REFINE_CORNERS_HPP
+#define VERGENCE_CALIB_DETECT_REFINE_CORNERS_HPP
 
 #include <vector>
 
@@ -28,8 +28,8 @@ refined_grid as_found(int level, const grid &found);
 
 /// `clear_share`: width of the area free of print along the edges of a square, as a share of its
 /// side (a coded board's markers begin there).
-refined_grid refine(const std::vector<plane> &levels, int level, const grid &found,
-                    double clear_share);
+refined_grid refine_corners(const std::vector<plane> &levels, int level, const grid &found,
+                            double clear_share);
 
 }  // namespace calib::detect
 
