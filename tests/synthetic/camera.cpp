@@ -25,6 +25,15 @@ Vector operator*(const Matrix &m, const Vector &a) {
             m[6] * a.x + m[7] * a.y + m[8] * a.z};
 }
 
+Matrix operator*(const Matrix &a, const Matrix &b) {
+    Matrix result{};
+    for (size_t i = 0; i < 9; i++) {
+        result[i] = a[i / 3 * 3] * b[i % 3] + a[i / 3 * 3 + 1] * b[3 + i % 3] +
+                    a[i / 3 * 3 + 2] * b[6 + i % 3];
+    }
+    return result;
+}
+
 Matrix transpose(const Matrix &m) {
     return {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
 }

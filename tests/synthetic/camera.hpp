@@ -16,6 +16,7 @@ using Matrix = std::array<double, 9>;  // row-major
 
 Matrix rotation_from_vector(const Vector &rotation_rad);
 Vector operator*(const Matrix &m, const Vector &a);
+Matrix operator*(const Matrix &a, const Matrix &b);
 Matrix transpose(const Matrix &m);
 
 struct Pixel {

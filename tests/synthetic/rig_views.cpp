@@ -35,18 +35,6 @@ Camera make_lens(const RigViewsPlan &plan, double focal_px, double strength, Ran
     return camera;
 }
 
-Matrix product(const Matrix &a, const Matrix &b) {
-    Matrix result{};
-    for (size_t row = 0; row < 3; row++) {
-        for (size_t column = 0; column < 3; column++) {
-            for (size_t k = 0; k < 3; k++) {
-                result[3 * row + column] += a[3 * row + k] * b[3 * k + column];
-            }
-        }
-    }
-    return result;
-}
-
 struct Board {
     Matrix R;
     Vector middle_mm;
@@ -65,13 +53,13 @@ Board random_board(const RigViewsPlan &plan, const Camera &left, Random &random)
     const Vector ray = left.direction(
         {random.uniform(0.1, 0.9) * plan.width, random.uniform(0.1, 0.9) * plan.height});
     if (!plan.equidistant && plan.wide[5] == 0) {
-        return {product(tilted, rolled), (depth / ray.z) * ray};
+        return {tilted * rolled, (depth / ray.z) * ray};
     }
     // Wide lenses see boards all around: held towards the camera, at about the same range.
     const double across = std::hypot(ray.x, ray.y), off_axis = std::atan2(across, ray.z);
     const Matrix facing =
         rotation_from_vector({-ray.y / across * off_axis, ray.x / across * off_axis, 0});
-    return {product(facing, product(tilted, rolled)), (depth / norm(ray)) * ray};
+    return {facing * (tilted * rolled), (depth / norm(ray)) * ray};
 }
 
 Vector corner_of(const RigViewsPlan &plan, double square_mm, const Board &board, int index) {

@@ -181,25 +181,9 @@ class ViewMaker {
         const double depth = distance_mm * random_.uniform(1 - depth_range, 1 + depth_range);
         const Vector ray = left.direction(
             {random_.uniform(0.15, 0.85) * kWidth, random_.uniform(0.15, 0.85) * kHeight});
-        Matrix R{};
-        for (size_t row = 0; row < 3; row++) {
-            for (size_t column = 0; column < 3; column++) {
-                for (size_t k = 0; k < 3; k++) {
-                    R[3 * row + column] += tilted[3 * row + k] * rolled[3 * k + column];
-                }
-            }
-        }
         const Matrix to_world = transpose(left.R_camera_world);
         const Vector at = left.centre_mm + (depth / (left.R_camera_world * ray).z) * ray;
-        Matrix turned_R{};
-        for (size_t row = 0; row < 3; row++) {
-            for (size_t column = 0; column < 3; column++) {
-                for (size_t k = 0; k < 3; k++) {
-                    turned_R[3 * row + column] += to_world[3 * row + k] * R[3 * k + column];
-                }
-            }
-        }
-        return {turned_R, at};
+        return {to_world * (tilted * rolled), at};
     }
 
     std::vector<calib::corner> look(const Camera &camera, const calib::board &board,

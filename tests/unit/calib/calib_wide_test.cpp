@@ -18,6 +18,7 @@
 namespace {
 
 using calib::lens_model;
+using synthetic::operator*;
 
 // 160 degrees over the width.
 synthetic::RigViewsPlan wide_plan(bool equidistant) {
@@ -58,19 +59,13 @@ double largest_off_px(const lens &truth, const lens &found, double share) {
     return largest;
 }
 
-synthetic::Matrix product(const synthetic::Matrix &a, const synthetic::Matrix &b) {
-    synthetic::Matrix result{};
-    geometry_multiply(a.data(), b.data(), result.data());
-    return result;
-}
-
 // The corners that are found in rendered pictures of the same boards.
 void photograph_boards(synthetic::RigViews *views, uint64_t seed) {
     const synthetic::Matrix R_right_left = synthetic::rotation_from_vector(views->rotation_rad);
     for (size_t i = 0; i < views->seen.captures.size(); i++) {
         const synthetic::BoardPose left = {views->R_left_board[i], views->t_left_board_mm[i]};
         const synthetic::BoardPose right = {
-            product(R_right_left, left.R_camera_board),
+            R_right_left * left.R_camera_board,
             R_right_left * left.t_camera_board_mm + views->translation_mm};
         for (const size_t camera : {size_t(0), size_t(1)}) {
             synthetic::BoardLight light;

@@ -14,6 +14,9 @@
 
 namespace {
 
+using synthetic::Camera;
+using synthetic::Vector;
+
 constexpr int kSkip = 2, kWidth = 1024, kHeight = 768;
 
 double hash(int x, int y) {
@@ -38,30 +41,15 @@ double relief_mm(double x, double y) {
 }
 
 // What a camera sees of the relief, every second pixel of the sensor both ways.
-std::vector<uint8_t> picture(const zoom_rig::camera_truth &camera, double texture_mm) {
+std::vector<uint8_t> picture(const Camera &camera, double texture_mm) {
     std::vector<uint8_t> grey(static_cast<size_t>(kWidth) * kHeight);
     for (int v = 0; v < kHeight; v++) {
         for (int u = 0; u < kWidth; u++) {
-            const double xd = (kSkip * u - 0.5 - camera.centre_px[0]) / camera.image_distance_px;
-            const double yd = (kSkip * v - 0.5 - camera.centre_px[1]) / camera.image_distance_px;
-            double x = xd, y = yd;
-            for (int step = 0; step < 8; step++) {
-                const double r2 = x * x + y * y;
-                const double radial =
-                    1 + r2 * (camera.k[0] + r2 * (camera.k[1] + r2 * camera.k[2]));
-                const double *p = camera.p;
-                const double dx = 2 * p[0] * x * y + p[1] * (r2 + 2 * x * x);
-                const double dy = p[0] * (r2 + 2 * y * y) + 2 * p[1] * x * y;
-                x = (xd - dx) / radial;
-                y = (yd - dy) / radial;
-            }
-            const double *R = camera.R_world_camera;
-            const double d[3] = {R[0] * x + R[1] * y + R[2], R[3] * x + R[4] * y + R[5],
-                                 R[6] * x + R[7] * y + R[8]};
+            const Vector d = camera.direction({kSkip * u - 0.5, kSkip * v - 0.5});
             double z = 1800, at_x = 0, at_y = 0;
             for (int step = 0; step < 5; step++) {
-                at_x = camera.position_mm[0] + d[0] / d[2] * (z - camera.position_mm[2]);
-                at_y = camera.position_mm[1] + d[1] / d[2] * (z - camera.position_mm[2]);
+                at_x = camera.centre_mm.x + d.x / d.z * (z - camera.centre_mm.z);
+                at_y = camera.centre_mm.y + d.y / d.z * (z - camera.centre_mm.z);
                 z = relief_mm(at_x, at_y);
             }
             const double value = 0.6 * grain(at_x / texture_mm, at_y / texture_mm) +
@@ -75,7 +63,7 @@ std::vector<uint8_t> picture(const zoom_rig::camera_truth &camera, double textur
 
 struct Scene {
     std::vector<uint8_t> pixels[2];
-    zoom_rig::camera_truth truth[2];
+    Camera truth[2];
     adjust_picture picture;
 };
 
@@ -88,10 +76,9 @@ Scene scene(double zoom, double counts, double pan_rad, double texture_mm = 0) {
     for (int side = 0; side < 2; side++) {
         const auto &at = scene.picture.axes.side[side];
         const double sign = side == 0 ? 1 : -1;
-        scene.truth[side] = zoom_rig::truth_at(side, at.zoom_counts + sign * counts,
-                                               at.focus_counts, at.pan_rad + sign * pan_rad, true);
-        const double grain_mm =
-            texture_mm > 0 ? texture_mm : 6 * 1800 / scene.truth[0].image_distance_px;
+        scene.truth[side] = zoom_rig::camera_at(side, at.zoom_counts + sign * counts,
+                                                at.focus_counts, at.pan_rad + sign * pan_rad, true);
+        const double grain_mm = texture_mm > 0 ? texture_mm : 6 * 1800 / scene.truth[0].fx;
         scene.pixels[side] = ::picture(scene.truth[side], grain_mm);
         scene.picture.grey[side] = {scene.pixels[side].data(), kWidth, kHeight, kWidth};
         scene.picture.window[side] = {0, 0, kSkip};
@@ -126,12 +113,11 @@ TEST_CASE("a refined pair has its rows together and its focal lengths in the rig
         CHECK(report.rows_before_px > 0.5);
         CHECK(report.rows_px < 0.2);
         CHECK(report.depth.after < 0.7 * report.depth.before);
-        const double ratio = at.truth[1].image_distance_px / at.truth[0].image_distance_px;
+        const double ratio = at.truth[1].fx / at.truth[0].fx;
         CHECK(std::abs(result.right.fx_px / result.left.fx_px / ratio - 1) <
               4 * report.ratio.after);
         CHECK(result.left.width_px == kWidth);
-        CHECK(std::abs(result.left.fx_px * kSkip / at.truth[0].image_distance_px - 1) <
-              4 * report.focal.before);
+        CHECK(std::abs(result.left.fx_px * kSkip / at.truth[0].fx - 1) < 4 * report.focal.before);
         CHECK(calibration_depth_sigma_mm(&result, report.depth_mm) >= report.depth.after * 0.999);
     }
 }
@@ -154,9 +140,8 @@ TEST_CASE("pictures before and after zooming show where the rings are") {
         const adjust_report &pair = report.pair[state];
         CHECK(pair.focal.after < 0.5 * pair.focal.before);
         for (int side = 0; side < 2; side++) {
-            const double focal = adjustment.view[adjust_view(state, side)].lens.fx_px /
-                                     at[state].truth[side].image_distance_px -
-                                 1;
+            const double focal =
+                adjustment.view[adjust_view(state, side)].lens.fx_px / at[state].truth[side].fx - 1;
             CHECK(std::abs(focal) < 4 * pair.focal.after);
         }
         CHECK(pair.depth.after < 0.3 * pair.depth.before);

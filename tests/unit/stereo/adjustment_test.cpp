@@ -16,30 +16,21 @@ namespace {
 
 using random_rig::Random;
 using random_rig::uniform;
+using synthetic::Camera;
+using synthetic::operator*;
+using synthetic::transpose;
+using synthetic::Vector;
 
 double normal(Random &random) {
     return std::sqrt(-2 * std::log(uniform(random, 1e-12, 1))) *
            std::cos(2 * M_PI * uniform(random, 0, 1));
 }
 
-// A camera by the simulated rig's formulas, and the equations of Brown and Conrady, written here
-// once more.
-bool see(const zoom_rig::camera_truth &camera, const double point[3], double px[2]) {
-    double d[3], c[3];
-    for (int i = 0; i < 3; i++) {
-        d[i] = point[i] - camera.position_mm[i];
-    }
-    for (int i = 0; i < 3; i++) {
-        c[i] = camera.R_world_camera[i] * d[0] + camera.R_world_camera[3 + i] * d[1] +
-               camera.R_world_camera[6 + i] * d[2];
-    }
-    const double x = c[0] / c[2], y = c[1] / c[2], r2 = x * x + y * y;
-    const double radial = 1 + r2 * (camera.k[0] + r2 * (camera.k[1] + r2 * camera.k[2]));
-    const double *p = camera.p;
-    px[0] = camera.centre_px[0] +
-            camera.image_distance_px * (x * radial + 2 * p[0] * x * y + p[1] * (r2 + 2 * x * x));
-    px[1] = camera.centre_px[1] +
-            camera.image_distance_px * (y * radial + p[0] * (r2 + 2 * y * y) + 2 * p[1] * x * y);
+bool see(const Camera &camera, const Vector &point, double px[2]) {
+    const auto pixel = camera.project(point);
+    REQUIRE(pixel);
+    px[0] = pixel->x;
+    px[1] = pixel->y;
     return px[0] > 0 && px[0] < 2047 && px[1] > 0 && px[1] < 1535;
 }
 
@@ -50,7 +41,7 @@ struct Memory {
 };
 
 struct Truth {
-    zoom_rig::camera_truth camera[2];
+    Camera camera[2];
 };
 
 // Where the cameras are in truth, if the motors are off by random amounts.
@@ -61,9 +52,9 @@ Truth off(const zoom_calibration &calibration, const zoom_state &claimed, Random
         const auto &at = claimed.side[side];
         const double counts = std::hypot(camera.reading_sigma_counts, camera.drift_sigma_counts);
         truth.camera[side] =
-            zoom_rig::truth_at(side, at.zoom_counts + counts * normal(random),
-                               at.focus_counts + counts * normal(random),
-                               at.pan_rad + camera.pan_sigma_rad * normal(random), true);
+            zoom_rig::camera_at(side, at.zoom_counts + counts * normal(random),
+                                at.focus_counts + counts * normal(random),
+                                at.pan_rad + camera.pan_sigma_rad * normal(random), true);
     }
     return truth;
 }
@@ -71,10 +62,11 @@ Truth off(const zoom_calibration &calibration, const zoom_state &claimed, Random
 // Tracks of points with relief in front of both cameras, with noise.
 std::vector<adjust_track> observe(const Truth &truth, double noise_px, int count, Random &random) {
     std::vector<adjust_track> tracks;
-    const double half_mm = 900 * 1024 / truth.camera[0].image_distance_px;
+    const double half_mm = 900 * 1024 / truth.camera[0].fx;
     while (static_cast<int>(tracks.size()) < count) {
-        const double point[3] = {125 + uniform(random, -2, 2) * half_mm,
-                                 uniform(random, -1.5, 1.5) * half_mm, uniform(random, 1650, 1950)};
+        const double x = 125 + uniform(random, -2, 2) * half_mm;
+        const double y = uniform(random, -1.5, 1.5) * half_mm;
+        const Vector point{x, y, uniform(random, 1650, 1950)};
         adjust_track track = {};
         track.count = 2;
         track.view[1] = 1;
@@ -92,11 +84,9 @@ std::vector<adjust_track> observe(const Truth &truth, double noise_px, int count
 
 // Depth error in mm of views at the point 1800 mm in front of the left camera.
 double depth_error(const Truth &truth, const camera_view view[2]) {
-    const zoom_rig::camera_truth &left = truth.camera[0];
-    double point[3], px[2][2];
-    for (int i = 0; i < 3; i++) {
-        point[i] = left.position_mm[i] + 1800 * left.R_world_camera[3 * i + 2];
-    }
+    const Camera &left = truth.camera[0];
+    const Vector point = left.centre_mm + transpose(left.R_camera_world) * Vector{0, 0, 1800};
+    double px[2][2];
     (void)see(left, point, px[0]);
     (void)see(truth.camera[1], point, px[1]);
     double ray[2][3], seen[3], offset[3];
@@ -122,10 +112,10 @@ TEST_CASE("a view without correction is the calibration's, and sees what the equ
         adjustment adjustment;
         REQUIRE(adjustment_begin(calibration.get(), &state, 1, &memory.pool, &adjustment) == 0);
         for (int side = 0; side < 2; side++) {
-            const auto truth = zoom_rig::truth_at(side, zoom, state.side[side].focus_counts,
-                                                  state.side[side].pan_rad, false);
+            const auto truth = zoom_rig::camera_at(side, zoom, state.side[side].focus_counts,
+                                                   state.side[side].pan_rad, false);
             far_point point = {{10, -5, 3}, 0.02, -0.01, 1 / 1700.0};
-            const double world[3] = {10 + 0.02 * 1700, -5 - 0.01 * 1700, 3 + 1700};
+            const Vector world{10 + 0.02 * 1700, -5 - 0.01 * 1700, 3 + 1700};
             double expected[2], px[2];
             (void)see(truth, world, expected);
             REQUIRE(camera_view_project(&adjustment.view[side], &point, px, nullptr, nullptr));
@@ -285,7 +275,7 @@ struct Board {
         for (int i = 0; i < columns * rows; i++) {
             const double x = (i % columns) * square_mm, y = (i / columns) * square_mm;
             points.push_back({x, y, 0});
-            const double world[3] = {100 + c * x, -30 + y, 1790 + s * x};
+            const Vector world{100 + c * x, -30 + y, 1790 + s * x};
             for (int side = 0; side < 2; side++) {
                 target_observation observation = {side, i, {}};
                 if (see(truth.camera[side], world, observation.pixel_px)) {
@@ -366,7 +356,7 @@ TEST_CASE("a thing at infinity gives the depth, as well as predicted") {
             far.view[1] = 1;
             far.sigma_px = 0.5;
             far.at_infinity = true;
-            const double point[3] = {1e7 * 0.01, -1e7 * 0.005, 1e7};
+            const Vector point{1e7 * 0.01, -1e7 * 0.005, 1e7};
             for (int side = 0; side < 2; side++) {
                 REQUIRE(see(truth.camera[side], point, far.pixel_px[side]));
                 far.pixel_px[side][0] += 0.5 * normal(random);
@@ -385,8 +375,10 @@ TEST_CASE("a thing at infinity gives the depth, as well as predicted") {
             double offset = 0;
             const double *R[2] = {adjustment.view[0].R_instrument_camera,
                                   adjustment.view[1].R_instrument_camera};
-            const double *T[2] = {truth.camera[0].R_world_camera, truth.camera[1].R_world_camera};
-            offset = (std::atan2(T[1][2], T[1][8]) - std::atan2(T[0][2], T[0][8])) -
+            // The third column of R_world_camera.
+            const auto &T = truth.camera;
+            offset = (std::atan2(T[1].R_camera_world[6], T[1].R_camera_world[8]) -
+                      std::atan2(T[0].R_camera_world[6], T[0].R_camera_world[8])) -
                      (std::atan2(R[1][2], R[1][8]) - std::atan2(R[0][2], R[0][8]));
             const double sigma = adjust_posterior_sigma(&adjustment, turn);
             square += offset * offset / (sigma * sigma) / draws;
@@ -417,7 +409,7 @@ TEST_CASE("a wide and a tele pair show where the rings are, and carries pan from
         for (int state = 0; state < 2; state++) {
             for (int side = 0; side < 2; side++) {
                 const auto &at = claimed[state].side[side];
-                truth[state].camera[side] = zoom_rig::truth_at(
+                truth[state].camera[side] = zoom_rig::camera_at(
                     side, at.zoom_counts + drift[side][0] + 0.25 * normal(random),
                     at.focus_counts + drift[side][1] + 0.25 * normal(random),
                     at.pan_rad + pan[side], true);
@@ -435,8 +427,8 @@ TEST_CASE("a wide and a tele pair show where the rings are, and carries pan from
         tracks.insert(tracks.end(), tele.begin(), tele.end());
         // Points of the tele pair that the wide cameras see, too.
         while (tracks.size() < 1000) {
-            const double point[3] = {125 + uniform(random, -60, 60), uniform(random, -45, 45),
-                                     uniform(random, 1750, 1850)};
+            const Vector point{125 + uniform(random, -60, 60), uniform(random, -45, 45),
+                               uniform(random, 1750, 1850)};
             adjust_track track = {};
             track.count = 4;
             track.sigma_px = 0.07;
@@ -455,8 +447,7 @@ TEST_CASE("a wide and a tele pair show where the rings are, and carries pan from
         for (int state = 0; state < 2; state++) {
             const double error = depth_error(truth[state], adjustment.view + 2 * state);
             const double focal =
-                adjustment.view[2 * state].lens.fx_px / truth[state].camera[0].image_distance_px -
-                1;
+                adjustment.view[2 * state].lens.fx_px / truth[state].camera[0].fx - 1;
             error2[state] += error * error / draws;
             focal2[state] += focal * focal / draws;
         }
