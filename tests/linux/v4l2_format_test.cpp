@@ -258,7 +258,6 @@ TEST_CASE("JPEG frames decode; damage is reported and writes no excess pixels") 
         CHECK(frame.faults == HAL_CAMERA_DAMAGED);
     }
     std::mt19937 random(static_cast<uint32_t>(synthetic::test_seed()));
-    INFO("VERGENCE_SEED=", synthetic::test_seed());
     for (int i = 0; i < 300; i++) {
         std::vector<uint8_t> bad = jpeg;
         for (int j = 0; j < 3; j++) {

@@ -126,9 +126,7 @@ bool holds(const std::string &text, const std::string &part) {
 }  // namespace
 
 TEST_CASE("OpenCV: the pair of files that stereo_calib writes, in all its formats") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     for (const std::string extension : {".yml", ".yaml", ".xml", ".json"}) {
         for (const int coefficients : {4, 5, 8, 14}) {
             const folder here;
@@ -151,9 +149,7 @@ TEST_CASE("OpenCV: the pair of files that stereo_calib writes, in all its format
 }
 
 TEST_CASE("OpenCV: other names, one file, size stated, metres") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed + 1);
+    std::mt19937_64 random(synthetic::test_seed() + 1);
     const struct {
         const char *M1, *D1, *M2, *D2, *R, *T;
     } names[] = {
@@ -354,9 +350,7 @@ TEST_CASE("OpenCV: its sample files") {
 }
 
 TEST_CASE("ROS: raw pose recovered from what stereoRectify gives a camera_info pair") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed + 2);
+    std::mt19937_64 random(synthetic::test_seed() + 2);
     const auto list = [](const cv::Mat &matrix) {
         std::string text;
         char number[32];

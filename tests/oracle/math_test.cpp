@@ -13,7 +13,6 @@ using random_rig::uniform;
 
 TEST_CASE("rotations against cv::Rodrigues") {
     random_rig::Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 2000; i++) {
         double r_rad[3], R[9];
         for (double &r : r_rad) {
@@ -35,7 +34,6 @@ TEST_CASE("rotations against cv::Rodrigues") {
 
 TEST_CASE("projection and its inverse against OpenCV") {
     random_rig::Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     double max_px = 0, max_back = 0;
     for (int i = 0; i < 200; i++) {
         const double f_px = 500 * std::pow(54.0, uniform(random, 0, 1));

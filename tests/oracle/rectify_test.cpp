@@ -69,7 +69,6 @@ TEST_CASE("coordinates on the recorded chessboard rig") {
 
 TEST_CASE("coordinates on 200 random rigs, f to 27,000 px, vergence to 10 degrees") {
     random_rig::Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     double max_px = 0, longest_px = 0;
     for (int i = 0; i < 200; i++) {
         const calibration rig = random_rig::make(random, 2048, 1536);
@@ -154,7 +153,6 @@ std::vector<calibration> folding_rigs(random_rig::Random &random) {
 
 TEST_CASE("lenses that fold over near the corners: right up to the rim, nothing behind it") {
     random_rig::Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     double max_px = 0, min_rim = 1;
     int ghosts = 0, rims = 0;
     for (const calibration &rig : folding_rigs(random)) {
@@ -270,7 +268,6 @@ TEST_CASE("pixels against cv::remap") {
 
 TEST_CASE("rational and equidistant lenses against OpenCV's projections") {
     std::mt19937_64 random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 100; i++) {
         lens wide{};
         wide.width_px = 640, wide.height_px = 480;

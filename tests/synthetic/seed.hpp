@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The seed of a random test: VERGENCE_SEED from the environment, else a fixed one. Tests report it
-/// with INFO so that a failure can be reproduced.
+/// The seed of a random test: VERGENCE_SEED from the environment, else a fixed one.
+/// doctest_main.cpp prints it beside each failure.
 #ifndef VERGENCE_TESTS_SYNTHETIC_SEED_HPP
 #define VERGENCE_TESTS_SYNTHETIC_SEED_HPP
 

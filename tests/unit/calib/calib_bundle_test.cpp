@@ -148,7 +148,6 @@ TEST_CASE("a lens so long that pixels overflow has none") {
 
 TEST_CASE("derivatives match finite differences") {
     const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
     for (const double focal_px : {800.0, 26560.0}) {
         const scene from = random_scene(seed, focal_px);
         for (int camera = 0; camera < 2; camera++) {

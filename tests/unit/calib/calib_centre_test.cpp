@@ -52,7 +52,6 @@ struct scores {
 scores score_simple(const synthetic::RigViewsPlan &plan, const calib::solve_options &options,
                     int scenes) {
     const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
     std::vector<calib::solution> found(size_t(scenes), calib::solution{});
     std::vector<calibration> truth(size_t(scenes), calibration{});
     calib::parallel_pieces(2, scenes, [&](int i) {

@@ -58,9 +58,7 @@ TEST_CASE("markers: numbers, positions, rotations") {
 }
 
 TEST_CASE("a coded board is read whole, in parts and upside down") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=" << seed);
-    Random random(seed);
+    Random random(test_seed());
     struct Case {
         std::string dictionary;
         int columns, rows;
@@ -124,9 +122,7 @@ TEST_CASE("a coded board that is mirrored, of other markers or of another size i
 }
 
 TEST_CASE("the layout of OpenCV before 4.6 is recognized, whole and in part") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=" << seed);
-    Random random(seed);
+    Random random(test_seed());
     for (const auto &size : {std::pair{7, 5}, {9, 7}}) {
         const int columns = size.first, rows = size.second;
         for (const bool white_first : {false, true}) {
@@ -157,7 +153,6 @@ TEST_CASE("the layout of OpenCV before 4.6 is recognized, whole and in part") {
 // With an odd number of squares in a row the layouts differ by one column only.
 TEST_CASE("all views together decide the layout that a part of the board cannot show") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=" << seed);
     Random random(seed);
     for (const bool white_first : {false, true}) {
         CAPTURE(white_first);

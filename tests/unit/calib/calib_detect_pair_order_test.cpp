@@ -76,9 +76,7 @@ TEST_CASE("turns of a view add up") {
 }
 
 TEST_CASE("right views are turned as the rig's geometry says") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=" << seed);
-    Random random(seed);
+    Random random(test_seed());
     int undecided = 0, all = 0;
     for (int rig = 0; rig < 60; rig++) {
         const calib::board board = rig % 3 == 0 ? plain_board(4, 4) : plain_board(7, 5);

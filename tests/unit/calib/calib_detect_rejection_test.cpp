@@ -159,9 +159,7 @@ TEST_CASE("two boards in view are rejected") {
 }
 
 TEST_CASE("odd images and odd boards do no harm") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=" << seed);
-    Random random(seed);
+    Random random(test_seed());
     for (int i = 0; i < 60; i++) {
         const int width = 1 + static_cast<int>(std::exp(random.uniform(0, 6)));
         const int height = 1 + static_cast<int>(std::exp(random.uniform(0, 6)));

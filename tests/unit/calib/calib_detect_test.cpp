@@ -27,7 +27,6 @@ struct Case {
 
 TEST_CASE("corners of plain boards are accurate, and so is their predicted sigma") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=" << seed);
     const calib::board board = plain_board(9, 6);
     // Bounds: the figures stated for larger images; squares are smaller here.
     const Case cases[] = {
@@ -92,7 +91,6 @@ TEST_CASE("a view states the overexposed share of its white squares") {
 
 TEST_CASE("a board with unique colours is numbered from its black corner in any orientation") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=" << seed);
     Random random(seed);
     for (const auto &size : {std::pair{9, 6}, {6, 9}, {5, 4}, {3, 3}, {5, 5}, {2, 3}}) {
         const int columns = size.first, rows = size.second;
@@ -213,9 +211,7 @@ void spoil(const Defects &defects, Random &random, BoardImage *image) {
 }  // namespace
 
 TEST_CASE("boards are seen in bad light and bad pictures, as bad prints and without a border") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=" << seed);
-    Random random(seed);
+    Random random(test_seed());
     struct Case {
         Defects defects;
         double dark_grey, light_grey, margin_squares, worst_rms_px;

@@ -32,7 +32,6 @@ struct outcome {
 outcome solve_some(const synthetic::RigViewsPlan &plan, int scenes) {
     outcome result;
     const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=" << seed);
     for (uint64_t i = 0; i < uint64_t(scenes); i++) {
         const auto views = synthetic::make_rig_views(plan, seed + i, seed + 500 + i);
         const calibration truth = views.truth();

@@ -176,7 +176,6 @@ TEST_CASE("error bars contain the truth over 400 independent draws") {
     const int draws = synthetic::rounds(std::max(400, synthetic::draws(400)), 20);
     const bool many = draws >= 400;
     const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
     std::vector<draw> made(static_cast<size_t>(draws));
     calib::parallel_pieces(2, draws, [&](int i) {
         // Ten draws of the noise for each scene.

@@ -149,7 +149,6 @@ TEST_CASE("rendered pictures of a lens of 160 degrees give rows within 0.1 px") 
     plan.boards = 10;
     plan.all_in_view = true;
     const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=" << seed);
     synthetic::RigViews views = synthetic::make_rig_views(plan, seed, seed + 1);
     photograph_boards(&views, seed);
     const calib::solution found = solve(views);
@@ -188,7 +187,6 @@ TEST_CASE("a wide lens forced into a model that is too narrow is named first, wi
 TEST_CASE("a lens that no model follows is named first, and something that moved is not a lens") {
     synthetic::RigViewsPlan plan = synthetic::handheld_plan();
     const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=" << seed);
     for (uint64_t i = 0; i < uint64_t(synthetic::rounds(3, 1)); i++) {
         synthetic::RigViewsPlan rippled = plan, moved = plan, bumped = plan;
         rippled.ripple_px = 2;

@@ -19,7 +19,6 @@ TEST_CASE("nothing changes nothing") {
 
 TEST_CASE("any split gives the same sum, any flipped bit another one") {
     std::mt19937_64 random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     std::string text(257, '\0');
     for (char &c : text) {
         c = static_cast<char>(random());

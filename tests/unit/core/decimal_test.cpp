@@ -60,9 +60,7 @@ TEST_CASE("any other spelling is refused") {
 }
 
 TEST_CASE("text, integer and double are the same number both ways") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     std::uniform_int_distribution<int> decimals_of(0, DECIMAL_MAX_DECIMALS);
     std::uniform_int_distribution<int> bits_of(1, 50);
     for (int i = 0; i < 500000; i++) {

@@ -38,7 +38,6 @@ static_assert(std::numeric_limits<long double>::digits >= 64, "the oracle needs 
 
 TEST_CASE("sine and cosine are right to 4e-16 up to a million radians") {
     const uint64_t seed = synthetic::test_seed();
-    INFO("seed " << seed);
     for (double range : {1e-3, 4.0, 1e3, 1e6}) {
         const auto draw = [range](std::mt19937_64 &random) {
             return between(random, -range, range);
@@ -70,7 +69,6 @@ TEST_CASE("sine and cosine at the seams of the reduction") {
 
 TEST_CASE("the arctangent is right to 4e-16 of itself in all quadrants") {
     std::mt19937_64 random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     long double max = 0;
     for (int i = 0; i < 500000; i++) {
         const double y = between(random, -1, 1) * std::pow(10, between(random, -12, 12));
@@ -98,7 +96,6 @@ TEST_CASE("the arctangent on the axes and outside numbers") {
 
 TEST_CASE("exp and log are right to 1e-15") {
     const uint64_t seed = synthetic::test_seed();
-    INFO("seed " << seed);
     CHECK(worst(
               seed, 300000, [](std::mt19937_64 &random) { return between(random, -708, 709.7); },
               [](double x) {
@@ -136,7 +133,6 @@ TEST_CASE("exp and log at the ends of their ranges") {
 
 TEST_CASE("hypot is right to 4e-16 of itself") {
     const uint64_t seed = synthetic::test_seed();
-    INFO("seed " << seed);
     CHECK(worst(
               seed, 200000,
               [](std::mt19937_64 &random) {
@@ -153,7 +149,6 @@ TEST_CASE("hypot is right to 4e-16 of itself") {
 
 TEST_CASE("floor, ceil and round are those of the C library") {
     std::mt19937_64 random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     const auto check = [](double x) {
         CAPTURE(x);
         REQUIRE(math_floor(x) == std::floor(x));

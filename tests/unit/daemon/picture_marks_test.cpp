@@ -81,9 +81,7 @@ constexpr uint32_t edges = 5 * height / 2;
 }  // namespace
 
 TEST_CASE("edges in focus are marked, blurred ones are not") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("seed ", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     CHECK(mark(mosaic_of(bars(1.5), random)).marks.sharp > edges / 4);
     CHECK(mark(mosaic_of(bars(3), random)).marks.sharp > edges / 8);
     CHECK(mark(mosaic_of(bars(12), random)).marks.sharp <= 2);
@@ -93,9 +91,7 @@ TEST_CASE("edges in focus are marked, blurred ones are not") {
 }
 
 TEST_CASE("the count grows with each step towards focus") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("seed ", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     for (const double contrast : {0.2, 0.8}) {
         uint32_t before = 0;
         for (const double blur_px : {12.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0}) {
@@ -110,9 +106,7 @@ TEST_CASE("the count grows with each step towards focus") {
 }
 
 TEST_CASE("a thinned frame still shows what is in focus") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("seed ", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     for (const int skip : {2, 4}) {
         CAPTURE(skip);
         CHECK(mark(mosaic_of(bars(1.5, skip), random), skip).marks.sharp > edges / 4);
@@ -121,9 +115,7 @@ TEST_CASE("a thinned frame still shows what is in focus") {
 }
 
 TEST_CASE("noise is never in focus, whatever the light") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("seed ", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     uint32_t sharp = 0;
     for (const double full : {20.0, 100.0, 400.0, 900.0}) {
         for (int i = 0; i < 8; i++) {

@@ -149,9 +149,7 @@ TEST_CASE("the message for a large image names the limit and --scale") {
 }
 
 TEST_CASE("shrinking averages whole blocks") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("seed " << seed);
-    std::mt19937 random(static_cast<unsigned>(seed));
+    std::mt19937 random(static_cast<unsigned>(synthetic::test_seed()));
     const int width = 4100, height = 7, factor = 3;
     std::string bytes = "P6 4100 7 255\n";
     std::vector<int> raw;
@@ -310,9 +308,7 @@ TEST_CASE("an image is turned as its file states") {
 }
 
 TEST_CASE("shrinking then turning equals turning then shrinking") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("seed ", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     const scratch here;
     const int columns = 4100, rows = 7, factor = 3;
     std::string pixels;

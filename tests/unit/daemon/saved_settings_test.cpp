@@ -253,9 +253,7 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
     size_t count = 0;
     const command *table = command_rig_table(&count);
     const rig up = made("rig");
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     const auto draw = [&](int32_t min, int32_t max) {
         return std::uniform_int_distribution<int32_t>(min, max)(random);
     };

@@ -56,7 +56,6 @@ TEST_CASE("agrees with the simulated rig's cameras for these windows") {
 
 TEST_CASE("a direction is seen at the mean position of its pair of sensor pixels") {
     std::mt19937_64 random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     const lens from = whole();
     for (int i = 0; i < 1000; i++) {
         const pair_window window{static_cast<std::uint16_t>(random() % 1000 * 2),

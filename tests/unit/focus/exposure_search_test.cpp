@@ -215,7 +215,6 @@ size_t draws(size_t usual) {
 
 TEST_CASE("from any start over six decades the light is right within 3 % after a few steps") {
     const uint64_t seed = synthetic::test_seed();
-    INFO("seed " << seed);
     Random random(seed);
     std::vector<Scene> scenes;
     for (int i = 0; i < 300; i++) {
@@ -404,9 +403,7 @@ TEST_CASE("the whites of a board stay at or below their limit") {
 }
 
 TEST_CASE("a search in changing light ends") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("seed " << seed);
-    Random random(seed);
+    Random random(synthetic::test_seed());
     int unsteady = 0;
     for (int i = 0; i < 1000; i++) {
         exposure_search search;

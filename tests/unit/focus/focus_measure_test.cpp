@@ -149,7 +149,6 @@ constexpr focus_measure kMeasures[] = {FOCUS_VARIANCE, FOCUS_NORMALIZED_VARIANCE
 
 TEST_CASE("every measure of every plane agrees with double arithmetic") {
     std::mt19937_64 random(synthetic::test_seed());
-    INFO("VERGENCE_SEED=", synthetic::test_seed());
     for (int i = 0; i < 40; i++) {
         Window window(uint16_t(8 + 2 * (random() % 40)), uint16_t(8 + 2 * (random() % 40)));
         const unsigned max = i % 2 == 0 ? 1023 : 4095;
@@ -223,7 +222,6 @@ TEST_CASE("a flat scene behind colour filters has no contrast in any plane but a
 
 TEST_CASE("what noise contributes is subtracted, at any gain and light") {
     std::mt19937_64 random(synthetic::test_seed());
-    INFO("VERGENCE_SEED=", synthetic::test_seed());
     constexpr focus_noise kUnity = {42, 256, 7700};  // 1 value^2, and 0.117 per value
     for (const uint16_t gain_q3 : {uint16_t{8}, uint16_t{16}, uint16_t{64}}) {
         const focus_noise noise = focus_noise_at(&kUnity, gain_q3);
@@ -254,7 +252,6 @@ TEST_CASE("what noise contributes is subtracted, at any gain and light") {
 
 TEST_CASE("each measure falls with blur, and the normalized one ignores the light") {
     std::mt19937_64 random(synthetic::test_seed());
-    INFO("VERGENCE_SEED=", synthetic::test_seed());
     const uint64_t seed = random();
     for (const focus_measure which : kMeasures) {
         uint64_t before = UINT64_MAX;

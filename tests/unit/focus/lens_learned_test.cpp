@@ -35,9 +35,7 @@ struct Lens {
 }  // namespace
 
 TEST_CASE("a table stays sorted, replaces equal positions, and merges the closest when full") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     lens_table table{};
     double value = 0;
     CHECK(!lens_table_value(&table, 300, &value));
@@ -79,9 +77,7 @@ TEST_CASE("a falling table gives the position of a value") {
 }
 
 TEST_CASE("from a few zooms of one object the focus at the others follows, at any distance") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     std::normal_distribution<double> noise(0, 0.7);
     const Lens lens = {6};
     lens_table table{};
@@ -127,9 +123,7 @@ TEST_CASE("a measured distance makes the table absolute") {
 }
 
 TEST_CASE("a wrong entry heals") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     std::normal_distribution<double> noise(0, 0.7);
     lens_table table{};
     lens_object object{};
@@ -146,9 +140,7 @@ TEST_CASE("a wrong entry heals") {
 }
 
 TEST_CASE("objects at random distances leave the table as it is") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     std::normal_distribution<double> noise(0, 0.7);
     const Lens lens = {4};
     lens_table table{};

@@ -51,9 +51,7 @@ double traced_blur(const lens_state &state, double distance) {
 }  // namespace
 
 TEST_CASE("blur and image distance are those of traced rays") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     std::uniform_real_distribution<double> focal(8.5, 85), f_number(1.6, 16), per_mm(0, 1 / 800.0);
     for (int i = 0; i < 2000; i++) {
         const double s = per_mm(random), u = per_mm(random);

@@ -175,9 +175,7 @@ TEST_CASE("a session of another window is left alone") {
 }
 
 TEST_CASE("the noise of a corner is measured from still frames, and kept") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=" << seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     std::normal_distribution<double> normal;
     // Of the corners, of all together, and a step of the board in the middle.
     const auto stills = [&](double noise_px, double shake_px, double step_px) {

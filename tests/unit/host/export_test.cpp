@@ -82,9 +82,7 @@ double largest_difference_px(const lens &one, const lens &other) {
 }  // namespace
 
 TEST_CASE("a lens with k3 is approximated for Kalibr, and the reported error is true") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    random_rig::Random random(seed);
+    random_rig::Random random(synthetic::test_seed());
     for (int i = 0; i < 30; i++) {
         const folder here;
         const calibration rig = random_calibration(random);
@@ -112,7 +110,6 @@ TEST_CASE("a lens with k3 is approximated for Kalibr, and the reported error is 
 
 TEST_CASE("wide lenses keep their model in every format that has it") {
     random_rig::Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (const lens_kind kind : {LENS_EQUIDISTANT, LENS_RATIONAL}) {
         calibration rig = random_calibration(random);
         for (lens *one : {&rig.left, &rig.right}) {

@@ -122,9 +122,7 @@ TEST_CASE("learned tables replace the data sheet") {
 }
 
 TEST_CASE("an iris for a range is the best of all irises, and closes no further than it must") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     const auto draw = [&](double min, double max) {
         return std::uniform_real_distribution<double>(min, max)(random);
     };

@@ -100,9 +100,7 @@ calibration random_calibration(Random &random) {
 }  // namespace
 
 TEST_CASE("random calibrations survive the text bit by bit") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    Random random(seed);
+    Random random(synthetic::test_seed());
     int printed = 0, tried = 0;
     while (printed < 100000) {
         tried++;

@@ -107,7 +107,6 @@ class Slow {
 
 TEST_CASE("every row equals the plain form, whatever the size and depth") {
     std::mt19937_64 random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 120; i++) {
         const int width = i < 36 ? 2 + i % 6 : 2 + static_cast<int>(random() % 40);
         const int height = i < 36 ? 2 + i / 6 : 2 + static_cast<int>(random() % 20);

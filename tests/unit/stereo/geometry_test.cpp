@@ -58,7 +58,6 @@ TEST_CASE("a quarter turn about z takes x to y") {
 
 TEST_CASE("rotation matrices are orthonormal and chain") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 2000; i++) {
         double axis[3], R[9], R_transposed[9], product[9];
         random_vector(random, uniform(random, 0, 10), axis);
@@ -78,7 +77,6 @@ TEST_CASE("rotation matrices are orthonormal and chain") {
 
 TEST_CASE("rotation vectors come back, also near 0 and near pi") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 5000; i++) {
         double angle_rad = uniform(random, 0, MATH_PI);
         if (i % 5 == 0) {
@@ -132,7 +130,6 @@ TEST_CASE("a nearly orthonormal matrix is projected first") {
 
 TEST_CASE("the mid-point of two crossing rays is where they cross") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 2000; i++) {
         double a[3], b[3], point[3], to_a[3], to_b[3];
         random_vector(random, 100, a);

@@ -56,7 +56,6 @@ TEST_CASE("each coefficient moves a point as the published equations say") {
 
 TEST_CASE("pixels come back through ray and projection") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 300; i++) {
         const double f_px = 500 * std::pow(54.0, uniform(random, 0, 1));
         const lens bent = random_rig::make_lens(random, 2048, 1536, f_px);
@@ -85,7 +84,6 @@ TEST_CASE("nothing behind the camera is projected") {
 
 TEST_CASE("the fold is where the radial mapping stops growing") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     int folding = 0;
     for (int i = 0; i < 2000; i++) {
         lens bent = plain_lens();
@@ -134,7 +132,6 @@ TEST_CASE("behind the fold there is no inverse") {
 
 TEST_CASE("within the view the model is one to one, and nothing is given away") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     const auto definite = [](const lens &bent, double x, double y) {
         const double h = 1e-5;
         double left[2], right[2], above[2], below[2];
@@ -241,7 +238,6 @@ lens lens_of(const synthetic::Camera &camera) {
 
 TEST_CASE("wide lenses project as the published equations say, and back over the whole field") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (const bool equidistant : {true, false}) {
         const synthetic::Camera camera = wide_camera(equidistant);
         const lens wide = lens_of(camera);
@@ -267,7 +263,6 @@ TEST_CASE("wide lenses project as the published equations say, and back over the
 
 TEST_CASE("the slope of every model is that of its mapping") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (const bool equidistant : {true, false}) {
         const lens wide = lens_of(wide_camera(equidistant));
         for (int i = 0; i < 500; i++) {
@@ -327,7 +322,6 @@ TEST_CASE("an equidistant lens sees behind itself, and ends where it folds") {
 
 TEST_CASE("a rational lens ends at its fold or pole, whichever comes first") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     int bounded = 0;
     for (int i = 0; i < 1000; i++) {
         lens bent = plain_lens();

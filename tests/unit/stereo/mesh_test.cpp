@@ -126,7 +126,6 @@ TEST_CASE("a full flat field is covered once, counter-clockwise seen from the ca
 
 TEST_CASE("no triangle bridges a gap, and none is left out") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 200; i++) {
         Field field = random_field(random, 2 + static_cast<int>(random() % 30),
                                    2 + static_cast<int>(random() % 10));
@@ -236,7 +235,6 @@ TEST_CASE("normals of a sphere point away from its centre") {
 
 TEST_CASE("normals neither overflow nor lose small triangles") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 20000; i++) {
         const double reach_um = std::pow(10, uniform(random, 1, 9.3));
         triangulate_point p[3];

@@ -129,9 +129,7 @@ TEST_CASE("sharpness is the largest step's part of the contrast") {
 }
 
 TEST_CASE("sharpness falls with blur and stays with light, depth and noise") {
-    const uint64_t seed = synthetic::test_seed();
-    CAPTURE(seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     const Picture light = bars(random);
     const int sharp = assessed(exposed(light, 1, 8, 0, random), kGrey8).sharpness_permille;
     CHECK(sharp > 500);
@@ -164,9 +162,7 @@ TEST_CASE("sharpness falls with blur and stays with light, depth and noise") {
 }
 
 TEST_CASE("mosaics and colours are as sharp as the same picture in grey") {
-    const uint64_t seed = synthetic::test_seed();
-    CAPTURE(seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     const auto grey = exposed(blurred(bars(random), 1.5), 1, 10, 0.002, random);
     const picture_stats of_grey = assessed(grey, {kWidth, 10, 1, false});
     std::vector<uint16_t> mosaic = grey, rgb;

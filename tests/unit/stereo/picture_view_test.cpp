@@ -56,9 +56,7 @@ picture_overlay compared(const picture_view &first, const picture_view &second,
 }  // namespace
 
 TEST_CASE("the same scene is found at its shift, whatever light, depth and layout") {
-    const uint64_t seed = synthetic::test_seed();
-    CAPTURE(seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     const Scene scene = random_scene(random);
     const picture_view left = seen(scene, kWidth, 1, kGrey8);
     for (const picture_form &form :
@@ -80,9 +78,7 @@ TEST_CASE("the same scene is found at its shift, whatever light, depth and layou
 }
 
 TEST_CASE("a turned picture is alike once it is turned back") {
-    const uint64_t seed = synthetic::test_seed();
-    CAPTURE(seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     const picture_view left = seen(random_scene(random), 0, 1, kGrey8);
     for (const picture_turn turn : {PICTURE_ROTATED, PICTURE_FLIPPED, PICTURE_MIRRORED}) {
         CAPTURE(turn);
@@ -101,9 +97,7 @@ TEST_CASE("a turned picture is alike once it is turned back") {
 }
 
 TEST_CASE("other scenes, and pictures of nothing, are not alike") {
-    const uint64_t seed = synthetic::test_seed();
-    CAPTURE(seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(synthetic::test_seed());
     const picture_view left = seen(random_scene(random), 0, 1, kGrey8);
     CHECK(compared(left, seen(random_scene(random), 0, 1, kGrey8)).score_permille < 400);
     CHECK(compared(left, seen(random_scene(random), 0, 0, kGrey8)).score_permille == 0);

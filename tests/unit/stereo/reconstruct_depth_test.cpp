@@ -66,9 +66,7 @@ constexpr match_preset kPresets[] = {MATCH_PRESET_FAST, MATCH_PRESET_STANDARD, M
 }  // namespace
 
 TEST_CASE("objects outside the requested depths leave no ghosts inside") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Verged setup = object_before_wall(1350, 2400, seed);
+    const Verged setup = object_before_wall(1350, 2400, test_seed());
     const struct {
         const char *what;
         double near_mm, far_mm;
@@ -98,9 +96,7 @@ TEST_CASE("objects outside the requested depths leave no ghosts inside") {
 }
 
 TEST_CASE("no point lies outside the depths asked for, and none within them is lost") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Verged setup = make_verged(seed);
+    const Verged setup = make_verged(test_seed());
     // Between two disparities that are searched in any case: the points themselves are cut.
     constexpr double kNearMm = 900, kFarMm = 1003.5;
     VergedSetting asked;
@@ -155,10 +151,8 @@ TEST_CASE("empty depths give no surface") {
 }
 
 TEST_CASE("texture that repeats is counted, and no other") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(kVergedWidth, kVergedHeight, 700, 120);
-    Builder builder(rig, seed);
+    Builder builder(rig, test_seed());
     const struct {
         Texture texture;
         double min, max;

@@ -69,9 +69,7 @@ bool same_surface(const VergedRun &a, const VergedRun &b) {
 }  // namespace
 
 TEST_CASE("the points of a verged, distorted pair lie on the scene, within their sigma") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Verged setup = make_verged(seed);
+    const Verged setup = make_verged(test_seed());
     const VergedRun done = run_verged(setup);
     REQUIRE(done.status == ERROR_OK);
     CHECK(done.peak_bytes <= done.need_bytes);
@@ -132,9 +130,7 @@ TEST_CASE("the points of a verged, distorted pair lie on the scene, within their
 }
 
 TEST_CASE("no triangle bridges a step") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Verged setup = make_verged(seed);
+    const Verged setup = make_verged(test_seed());
     const VergedRun done = run_verged(setup);
     REQUIRE(done.status == ERROR_OK);
     const reconstruct_result &result = done.result;
@@ -215,9 +211,7 @@ TEST_CASE("the surface is the same for any number of threads, and again") {
 }
 
 TEST_CASE("colour and mosaic of a grey scene give the grey scene's surface") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Verged setup = make_verged(seed, 0.5);
+    const Verged setup = make_verged(test_seed(), 0.5);
     for (const raw_layout layout : {RAW_RGB, RAW_BAYER_GRBG}) {
         VergedSetting setting;
         setting.layout = layout;
@@ -268,9 +262,7 @@ TEST_CASE("smaller scale and a region give smaller results that still fit the sc
 }
 
 TEST_CASE("a surface that is made again row by row is the one that is kept") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Verged setup = make_verged(seed);
+    const Verged setup = make_verged(test_seed());
     VergedSetting setting;
     SUBCASE("of grey images") {}
     SUBCASE("of mosaics, which are compared in colour") {
@@ -331,7 +323,6 @@ TEST_CASE("a surface that is made again row by row is the one that is kept") {
 
 TEST_CASE("vertical misalignment that the calibration does not know is measured") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
     Verged setup = make_verged(seed);
     Rig bumped = setup.rig;
     bumped.right.vertical.offset_px = 0.7;
@@ -347,9 +338,7 @@ TEST_CASE("vertical misalignment that the calibration does not know is measured"
 }
 
 TEST_CASE("a calibration that fits in the middle only is seen by the trend of its rows") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Verged good = make_verged(seed);
+    const Verged good = make_verged(test_seed());
     const VergedRun right = run_verged(good);
     REQUIRE(right.status == ERROR_OK);
     CHECK(right.result.vertical.trend_px < 0.1);
@@ -383,9 +372,7 @@ TEST_CASE("a calibration that fits in the middle only is seen by the trend of it
 }
 
 TEST_CASE("no surface, cancelled, too little memory, sizes that differ") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Verged setup = make_verged(seed);
+    const Verged setup = make_verged(test_seed());
 
     Verged blank = setup;
     std::fill(blank.left.begin(), blank.left.end(), uint16_t{300});

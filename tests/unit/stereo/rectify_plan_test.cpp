@@ -148,7 +148,6 @@ TEST_CASE("scale multiplies focal length, size and disparities") {
 
 TEST_CASE("a region is a crop of the full plan") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 100; i++) {
         const calibration rig = random_rig::make(random);
         rectify_plan full, part;

@@ -74,7 +74,6 @@ std::vector<Pixel> noise(Random &random, size_t count, int bits) {
 
 TEST_CASE("points lie on equal rows and at the promised disparity") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 200; i++) {
         const calibration rig = random_rig::make(random);
         rectify_plan plan;
@@ -117,7 +116,6 @@ TEST_CASE("points lie on equal rows and at the promised disparity") {
 
 TEST_CASE("the shared field of view fills the image at the raw resolution") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     double min_filled = 1;
     for (int i = 0; i < 100; i++) {
         const calibration rig = random_rig::make(random);
@@ -282,7 +280,6 @@ TEST_CASE("a row that leaves the image and comes back keeps its longest run") {
 
 TEST_CASE("a rectified pair passes through pixel for pixel") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     const calibration rig = rectified_rig();
     auto raw = noise<uint8_t>(random, 640 * 480, 8), rgb = noise<uint8_t>(random, 3 * 640 * 480, 8);
     auto deep = noise<uint16_t>(random, 640 * 480, 12);
@@ -334,7 +331,6 @@ TEST_CASE("a rectified pair passes through pixel for pixel") {
 
 TEST_CASE("strips of a raw image give the bytes of the whole") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     calibration turned = plain_rig();
     const double above_mm[3] = {0, 100, 0};
     random_rig::set_right_centre(&turned, above_mm);
@@ -429,7 +425,6 @@ wide_pair make_wide_pair(bool equidistant) {
 
 TEST_CASE("the rectified pair of wide lenses is that of pinholes, of 110 degrees at most") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (const bool equidistant : {true, false}) {
         wide_pair wide = make_wide_pair(equidistant);
         wide.value.depth_near_mm = 300;

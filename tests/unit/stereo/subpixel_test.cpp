@@ -99,7 +99,6 @@ triangulate_vertical measure_vertical(const Matched &matched, int *status = null
 
 TEST_CASE("refinement takes out the matcher's pull towards whole disparities") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(256, 160, 800, 100, -60);
     for (const double disparity : {5.0, 5.2, 5.3, 5.5, 5.8}) {
         const Pair pair = noisy_pair(wall(rig, disparity, 0, 0, {3, 0.15}, seed), rig, 1, seed);
@@ -124,7 +123,6 @@ TEST_CASE("refinement takes out the matcher's pull towards whole disparities") {
 
 TEST_CASE("the predicted sigma is what is found") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(256, 160, 800, 100, -60);
     Scores all;
     for (const double noise : {1.0, 2.0, 4.0}) {
@@ -161,7 +159,6 @@ TEST_CASE("the predicted sigma is what is found") {
 
 TEST_CASE("a scene of planes, sphere, steps and bars gets better, its edges no worse") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(320, 240, 800, 100);
     const Pair pair = noisy_pair(everything(rig, 40, {3, 0.15}, seed), rig, 1, seed);
     const Matched raw = run_match(pair, match_default_options(0, 48));
@@ -181,7 +178,6 @@ TEST_CASE("a scene of planes, sphere, steps and bars gets better, its edges no w
 
 TEST_CASE("only valid pixels change, by two pixels at most, and only they have a sigma") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(160, 120, 800, 100);
     const Pair pair = noisy_pair(everything(rig, 40, {3, 0.15}, seed), rig, 2, seed);
     const Matched raw = run_match(pair, match_default_options(0, 48));
@@ -203,7 +199,6 @@ TEST_CASE("only valid pixels change, by two pixels at most, and only they have a
 
 TEST_CASE("refinement is the same for any number of threads, in the memory promised") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(160, 130, 800, 100);
     const Pair pair = noisy_pair(everything(rig, 40, {3, 0.15}, seed), rig, 2, seed);
     const Matched raw = run_match(pair, match_default_options(0, 48));
@@ -222,9 +217,7 @@ TEST_CASE("refinement is the same for any number of threads, in the memory promi
 }
 
 TEST_CASE("extreme pixels and nothing valid are survived") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    Random random(seed);
+    Random random(test_seed());
     for (int round = 0; round < 12; round++) {
         const int width = static_cast<int>(random.uniform(16, 90));
         const int height = static_cast<int>(random.uniform(8, 40));
@@ -248,7 +241,6 @@ TEST_CASE("extreme pixels and nothing valid are survived") {
 
 TEST_CASE("residual vertical disparity is measured to a twentieth of a pixel") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
     const VerticalShift shifts[] = {{0, 0, 0},          {0.3, 0, 0},      {-1.2, 0, 0},
                                     {0.5, 0.004, 0},    {-0.4, 0, 0.003}, {0.2, -0.002, 0.002},
                                     {1.6, 0.002, 0.001}};

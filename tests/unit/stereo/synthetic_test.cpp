@@ -82,7 +82,6 @@ Pair rendered(const Scene &scene, const Rig &rig, int bits, int samples, uint64_
 
 TEST_CASE("the truth warps the right image onto the left one") {
     const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
     for (const double at_infinity : {0.0, -50.0}) {
         const Rig rig = rectified_rig(240, 160, 800, 100, at_infinity);
         const Scene scene = everything(rig, 40 + at_infinity, {3.5, 0.12}, seed);

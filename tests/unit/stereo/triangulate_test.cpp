@@ -87,7 +87,6 @@ TEST_CASE("a point worked out by hand") {
 
 TEST_CASE("points are the mid-points of both rays") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     int points = 0;
     for (int i = 0; i < 2000; i++) {
         const rectify_plan plan = random_plan(random);
@@ -118,7 +117,6 @@ TEST_CASE("points are the mid-points of both rays") {
 
 TEST_CASE("sigma is what the point moves when the disparity does") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     for (int i = 0; i < 2000; i++) {
         const rectify_plan plan = random_plan(random);
         const triangulate_plan fixed = made(plan, nullptr);
@@ -219,7 +217,6 @@ TEST_CASE("values that do not fit are refused") {
 
 TEST_CASE("nothing overflows over all legal values") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     int points = 0;
     for (int i = 0; i < 4000; i++) {
         rectify_plan plan = {};
@@ -269,7 +266,6 @@ TEST_CASE("nothing overflows over all legal values") {
 
 TEST_CASE("integer roots") {
     Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
     CHECK(root_of(0) == 0);
     for (int64_t value = 1; value < 100000; value++) {
         REQUIRE(std::fabs(static_cast<double>(root_of(value)) -
