@@ -50,23 +50,6 @@ double compare_maps(const rectify_plan &plan, const calibration &rig, rectify_si
 
 }  // namespace
 
-TEST_CASE("coordinates on the recorded chessboard rig") {
-    const calibration rig = calibrate(recorded_pairs());
-    REQUIRE(calibration_validate(&rig, nullptr) == ERROR_OK);
-    for (double scale : {0.15, 0.25, 0.37, 0.5, 0.7, 1.0, 2.0}) {
-        rectify_options options = as_it_is;
-        options.scale = scale;
-        rectify_plan plan;
-        REQUIRE(rectify_plan_make(&rig, &options, &plan) == ERROR_OK);
-        for (rectify_side side : {RECTIFY_LEFT, RECTIFY_RIGHT}) {
-            const double max_px = compare_maps(plan, rig, side, 1);
-            MESSAGE("scale " << scale << ", " << plan.width_px << "x" << plan.height_px
-                             << ": worst difference " << max_px << " px");
-            CHECK(max_px < 0.02);
-        }
-    }
-}
-
 TEST_CASE("coordinates on 200 random rigs, f to 27,000 px, vergence to 10 degrees") {
     random_rig::Random random(synthetic::test_seed());
     double max_px = 0, longest_px = 0;

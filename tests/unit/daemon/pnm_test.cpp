@@ -60,26 +60,6 @@ std::string be16(int value) {
 
 }  // namespace
 
-TEST_CASE("the four kinds of PNM are equivalent") {
-    const std::vector<int> grey = {0, 1, 2, 253, 254, 255};
-    const parsed text("P2\n# a comment\n3 2 # another\n255\n0 1 2\n253 254 255\n", plain());
-    const parsed binary(std::string("P5 3 2 255\n\0\1\2\xfd\xfe\xff", 17), plain());
-    REQUIRE(text.error == ERROR_OK);
-    REQUIRE(binary.error == ERROR_OK);
-    CHECK(text.values() == grey);
-    CHECK(binary.values() == grey);
-    CHECK(binary.file.image.bits == 8);
-    CHECK(binary.file.image.layout == RAW_GREY);
-
-    const parsed colour_text("P3 2 1 255 1 2 3 4 5 6", plain());
-    const parsed colour("P6\n2 1\n255\n\1\2\3\4\5\6", plain());
-    REQUIRE(colour_text.error == ERROR_OK);
-    REQUIRE(colour.error == ERROR_OK);
-    CHECK(colour.values() == std::vector<int>{1, 2, 3, 4, 5, 6});
-    CHECK(colour_text.values() == colour.values());
-    CHECK(colour.file.image.layout == RAW_RGB);
-}
-
 TEST_CASE("maxval determines the bits") {
     const parsed ten("P5 2 1 1023\n" + be16(0) + be16(1023), plain());
     REQUIRE(ten.error == ERROR_OK);
@@ -271,41 +251,6 @@ void place_in_file(int orientation, int width, int height, int x, int y, int *co
 }
 
 }  // namespace
-
-TEST_CASE("an image is turned as its file states") {
-    const scratch here;
-    for (int orientation = 0; orientation <= 8; orientation++) {
-        CAPTURE(orientation);
-        const int columns = 5, rows = 3;
-        std::string pixels;
-        for (int i = 0; i < 3 * columns * rows; i++) {
-            pixels += static_cast<char>('A' + i);
-        }
-        const std::string path =
-            here.write("a.turned", std::to_string(orientation) + "P6 5 3 255\n" + pixels);
-        image_file file{};
-        message text{};
-        const image_request request = plain();
-        REQUIRE(image_file_read(path.c_str(), turned_format, 1, &request, &file, &text) ==
-                ERROR_OK);
-        const raw_image &image = file.image;
-        CHECK(image.width_px == (orientation >= 5 ? rows : columns));
-        CHECK(image.height_px == (orientation >= 5 ? columns : rows));
-        CHECK(file.file_width_px == image.width_px);
-        CHECK(file.file_height_px == image.height_px);
-        for (int y = 0; y < image.height_px; y++) {
-            for (int x = 0; x < image.width_px; x++) {
-                int column = 0, row = 0;
-                place_in_file(orientation, image.width_px, image.height_px, x, y, &column, &row);
-                for (int c = 0; c < 3; c++) {
-                    CHECK(image.data[y * image.stride + 3 * x + c] ==
-                          'A' + 3 * (row * columns + column) + c);
-                }
-            }
-        }
-        image_file_free(&file);
-    }
-}
 
 TEST_CASE("shrinking then turning equals turning then shrinking") {
     std::mt19937_64 random(synthetic::test_seed());
