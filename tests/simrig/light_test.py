@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Light, lens caps, rings turned by hand, lamps and printed pictures of the real process, and where
-a part of the picture is sharp."""
+"""Light, lens caps, lamps and printed pictures of the real process, and where a part of the picture is
+sharp."""
 import re
 import unittest
 
 import cv2
 import numpy
 
-from simrig_client import (BRIDGE, FAILED, LEFT, OK, RIGHT, SCENE, SERIAL_READ, SERIAL_WRITE,
-                           Bench)
+from simrig_client import BRIDGE, FAILED, LEFT, OK, RIGHT, SCENE, Bench
 
 BLACK_DN = 42
 FLAT = SCENE.replace("kind: board", "kind: paper, contrast: 0").replace(
@@ -51,23 +50,6 @@ class Light(Bench):
         self.assertAlmostEqual(self.level(1), 0, delta=0.5)
         self.board.control("cap right off")
         self.assertAlmostEqual(self.level(1), sides[1], delta=0.02 * sides[1])
-
-    def test_rings_are_turned_by_hand_and_the_log_replays(self):
-        log = self.folder / "run.log"
-        script = self.folder / "start"
-        script.write_text("ring left focus 700\nring right iris 400.5\nlight 0.1\n")
-        self.bring_up(FLAT, "--script", script, "--log", log)
-        status = self.board.control("status")
-        self.assertRegex(status, r"left: .* focus: 700.00,")
-        self.assertRegex(status, r"right: .* iris: 400.50,")
-        self.board.ask(SERIAL_WRITE, b"1?\n")
-        self.board.advance(400000)
-        self.assertIn(b"Focus:0700", self.board.ask(SERIAL_READ))
-        self.assertIn("290 to 860", self.assert_rejection(FAILED, self.board.control,
-                                                          "ring left focus 900"))
-        self.running.stop()
-        done = self.run_simrig("--replay", log)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_a_lamp_saturates(self):
         lamp = FLAT.replace("objects:", "  - lamp: {kind: paper, contrast: 0, brightness: 5000, "

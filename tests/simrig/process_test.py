@@ -3,12 +3,13 @@
 tests/rig, and rig_test.cpp."""
 import os
 import select
+import stat
 import struct
 import time
 import unittest
 
-from simrig_client import (BOARD, BRIDGE, CONTROLLER, NO_FRAME_ARMED, NOT_ALLOWED, OK, Bench, GPIO_SET,
-                           WAKE_GPIO, Refused)
+from simrig_client import (BAD_REQUEST, BOARD, BRIDGE, CONTROLLER, FAILED, NO_FRAME_ARMED, NOT_ALLOWED, OK,
+                           Bench, GPIO_SET, Gone, WAKE_GPIO, Refused)
 from waiting import wait_until
 
 
@@ -53,6 +54,28 @@ class VirtualTime(Bench):
         self.board.advance(200)
         self.assertEqual(self.board.read(BRIDGE, 0), 0x5B1D)
 
+
+class Rubbish(Bench):
+    def test_another_protocol(self):
+        running = self.start()
+        for sent in (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"\xff" * 4096):
+            client = running.client(greet=False)
+            client.socket.sendall(sent)
+            _, _, status, text = client.receive()
+            self.assertEqual(status, BAD_REQUEST)
+            self.assertIn(b"16777216", text)
+            self.assertRaises(Gone, client.exactly, 1)
+        self.assertGreaterEqual(running.client(CONTROLLER).time_us(), 0)
+
+    def test_bad_commands(self):
+        client = self.start().client(CONTROLLER)
+        for line in ("", "dance", "scene /dev/zero", "truth up x", "fault servo left", "at 5 status",
+                     "at 1e9 fault bus ok", "fault camera left torn 10", "fault serial garbage 1.5",
+                     "move cat 1 2 3", "move board 1 2 nan", "move board 1 2 3 4", "restore x",
+                     "snapshot a b", "fault bus ok extra", "scene \x1b[2J\n"):
+            text = self.assert_rejection(FAILED, client.control, line)
+            self.assertTrue(text and "\x1b" not in text, line)
+        self.assertIn("time_s", client.control("status"))
 
 
 class EveryClock(Bench):
@@ -120,12 +143,26 @@ class WallTime(Bench):
         self.assertIn("virtual time", caught.exception.text)
 
 
-class Tcp(Bench):
-    def test_any_free_port(self):
-        running = self.start(where="tcp:0")
-        self.assertRegex(running.where, r"^tcp:127\.0\.0\.1:\d+$")
-        self.assertEqual(running.client().advance(1000)[1], 0)
-        self.assertEqual(running.stop(), 0)
+class Listening(Bench):
+    def refuse(self, where):
+        self.assert_refused(self.run_simrig("--scene", self.scene, "--listen", where), 1, "in use")
+
+    def test_in_use(self):
+        first = self.start(where="tcp:0")
+        port = first.where.rpartition(":")[2]
+        self.refuse(f"tcp:{port}")
+        path = self.folder / "s.sock"
+        second = self.start(where=f"unix:{path}")
+        self.assertEqual(stat.S_IMODE(path.stat().st_mode) & 0o077, 0, "open to others")
+        self.refuse(f"unix:{path}")
+        self.assertTrue(second.client().time_us() >= 0)
+        # A killed process leaves its socket, which is replaced.
+        second.process.kill()
+        second.process.wait()
+        self.assertTrue(path.exists())
+        third = self.start(where=f"unix:{path}")
+        self.assertEqual(third.stop(), 0)
+        self.assertFalse(path.exists())
 
 
 if __name__ == "__main__":

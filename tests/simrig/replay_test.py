@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The control side of the real process: scenes, poses, truth, timed faults; logs that replay to the
-same bytes; snapshots."""
+"""Logs of the real process that replay to the same bytes; snapshots; scripts."""
 import struct
 import unittest
 
-import cv2
-import numpy
-
-from simrig_client import (BRIDGE, CONTROLLER, DEADLINE, FAILED, LEFT, NACK_ADDRESS, OK, RIGHT,
-                           SCENE, SERIAL_READ, SERIAL_WRITE, STUCK, TRUTH, Bench, Refused)
+from simrig_client import (BRIDGE, CONTROLLER, FAILED, OK, SCENE, SERIAL_READ, SERIAL_WRITE, STUCK,
+                           TRUTH, Bench)
 
 
 def take(board, columns=64, rows=48):
@@ -20,123 +16,6 @@ def ask_lens(board, wait_us=400000):
     board.ask(SERIAL_WRITE, b"1?\n")
     board.advance(wait_us)
     return board.ask(SERIAL_READ)
-
-
-class Control(Bench):
-    def setUp(self):
-        super().setUp()
-        self.running = self.start("--files", self.folder)
-        self.board = self.running.client()
-
-    def depth(self, camera=0):
-        answer = self.board.ask(TRUTH, bytes([camera]))
-        columns, rows, length = struct.unpack_from("<HHI", answer)
-        return numpy.frombuffer(answer[8 + length:], "<f4").reshape(rows, columns)
-
-    def test_scenes_and_poses(self):
-        board = self.board
-        board.bring_up()
-        take(board)
-        self.assertAlmostEqual(numpy.median(self.depth()), 1800, delta=60)
-        # Half a metre nearer, at once.
-        self.assertEqual(board.control("move board 0 0 -500"), "")
-        self.assertAlmostEqual(numpy.median(self.depth()), 1800, delta=60)  # of the last frame
-        take(board)
-        self.assertAlmostEqual(numpy.median(self.depth()), 1300, delta=60)
-        # Turned, later.
-        at_s = board.time_us() * 1e-6 + 0.02
-        board.control(f"at {at_s} move board 0 0 -500 0 45 0")
-        take(board)
-        flat = numpy.ptp(self.depth())
-        board.advance(40000)
-        take(board)
-        self.assertGreater(numpy.ptp(self.depth()), 4 * flat + 4)
-        other = self.folder / "other.yaml"
-        other.write_text(SCENE.replace("[0, 0, 0], size", "[0, 0, 900], size"))
-        self.assertRegex(board.control(f"scene {other}"), r"^crc32 [0-9a-f]{8}\n$")
-        take(board)
-        self.assertAlmostEqual(numpy.median(self.depth()), 2700, delta=90)
-
-    def test_truth_in_files(self):
-        board = self.board
-        board.bring_up()
-        self.assert_rejection(FAILED, board.control, "truth left a")
-        take(board)
-        for name in ("../x", "/x", "a/b", "", "." * 3, "x" * 65):
-            self.assert_rejection(FAILED, board.control, f"truth left {name}")
-        self.assertEqual(board.control("truth left a"), 
-                         "a.pfm\na_normal.pfm\na_object.pgm\na.yaml\n")
-        depth = cv2.imread(str(self.folder / "a.pfm"), cv2.IMREAD_UNCHANGED)
-        self.assertTrue(numpy.array_equal(depth, self.depth()))
-        self.assertIn("rotation_world_camera:", (self.folder / "a.yaml").read_text())
-        plain = self.start()
-        self.assertIn("--files", self.assert_rejection(FAILED, plain.client(CONTROLLER).control,
-                                                     "view x"))
-
-    def test_faults_of_the_cameras(self):
-        board = self.board
-        board.bring_up()
-        whole = numpy.frombuffer(take(board)[6], "<u2")
-        self.assertTrue((whole & 8).any())
-        board.control("fault camera left torn 3")
-        torn = numpy.frombuffer(take(board)[6], "<u2")
-        self.assertFalse((torn & 8).any())
-        board.control("fault camera left ok")
-        self.assertTrue((numpy.frombuffer(take(board)[6], "<u2") & 8).any())
-        at_s = board.time_us() * 1e-6 + 0.02
-        board.control(f"at {at_s} fault camera left silent")  # its clock is stopped
-        self.assertEqual(take(board)[5], 0)
-        board.advance(20000)
-        board.arm(64, 48)
-        self.assert_rejection(DEADLINE, board.frame, 5000)
-        self.assertEqual([board.read(s, 0) for s in (LEFT, RIGHT)], [0x1621, 0x1621])
-        board.control("fault camera left unplug")
-        self.assert_rejection(NACK_ADDRESS, board.read, LEFT, 0)
-        self.assertEqual(board.read(RIGHT, 0), 0x1621)
-        board.control("fault camera right stuck")
-        self.assertRaises(Refused, board.read, RIGHT, 0)
-        self.assertEqual(board.read(BRIDGE, 0), 0x5B1D)
-
-    def test_faults_of_buses_and_lenses(self):
-        board = self.board
-        board.advance(200)
-        for line in ("sda", "scl"):
-            board.control(f"fault bus {line}")
-            board.advance(10)
-            self.assertEqual(board.transfer([(BRIDGE, b"\0")])[0], STUCK)
-            board.control("fault bus ok")
-            board.advance(10)
-            self.assertEqual(board.read(BRIDGE, 0), 0x5B1D)
-        board.control("fault lens left zoom jam")
-        board.ask(SERIAL_WRITE, b"1Z600\n")
-        self.assertRegex(ask_lens(board), rb"Zoom:0(29|30)\d")
-        board.control("fault lens left zoom free")
-        self.assertIn("lens_moves", board.control("status"))
-
-    def test_faults_of_the_serial_line(self):
-        board = self.board
-        good = ask_lens(board)
-        self.assertTrue(good.startswith(b"V3LC 1\r") and good.endswith(b"\r\n"), good)
-        board.control("fault serial silent")
-        self.assertEqual(ask_lens(board), b"")
-        board.control("fault serial late 300")
-        self.assertEqual(ask_lens(board, 250000), b"")
-        board.advance(200000)
-        self.assertEqual(len(board.ask(SERIAL_READ)), len(good))
-        board.control("fault serial split 200")
-        board.ask(SERIAL_WRITE, b"1?\n")
-        board.advance(150000)
-        first = board.ask(SERIAL_READ)
-        board.advance(150000)
-        rest = board.ask(SERIAL_READ)
-        self.assertEqual(len(first + rest), len(good))
-        self.assertTrue(first and rest)
-        board.control("fault serial garbage 0.5")
-        self.assertNotEqual(ask_lens(board)[:7], b"V3LC 1\r")
-        board.control("fault serial lost 1")
-        self.assertEqual(ask_lens(board), b"")
-        board.control("fault serial ok")
-        self.assertEqual(len(ask_lens(board)), len(good))
 
 
 class Replay(Bench):
@@ -201,39 +80,6 @@ class Replay(Bench):
         self.assertEqual(running.stop(), 0)
         self.replay(log)
 
-    @staticmethod
-    def flood(control, requests):
-        """Requests that change nothing, as long as a command may be."""
-        for _ in range(requests):
-            try:
-                control.control("x" * 4096)
-            except Refused:
-                pass
-
-    def test_memory_ends_and_snapshots_live_on_in_the_log(self):
-        log = self.folder / "run.log"
-        for words in ((), ("--log", log)):
-            running = self.start(*words)
-            control = running.client(CONTROLLER)
-            control.control("snapshot early")
-            then = control.time_us()
-            begin_kib = running.memory_kib()
-            self.flood(control, 16000)  # twice what is kept
-            self.assertLess(running.memory_kib() - begin_kib, 48 << 10)
-            control.advance(1000)
-            if words:
-                control.control("snapshot late")
-                control.advance(1000)
-                control.control("restore late")
-                self.assertEqual(control.time_us(), then + 1000)
-                control.control("restore early")
-                self.assertEqual(control.time_us(), then)
-            else:
-                for command in ("snapshot late", "restore early"):
-                    text = self.assert_rejection(FAILED, control.control, command)
-                    self.assertIn("--log FILE", text)
-            self.assertEqual(running.stop(), 0)
-
     def test_scripts(self):
         script = self.folder / "script"
         script.write_text("# what goes wrong\nat 0.010 fault bus sda\n\nat 0.020 fault bus ok\n")
@@ -247,6 +93,19 @@ class Replay(Bench):
         self.assertEqual(results, [OK, STUCK, OK])
         running.stop()
         self.replay(log)
+
+    def test_bad_logs(self):
+        log = self.folder / "run.log"
+        running = self.start("--log", log)
+        running.client().read(BRIDGE, 0)
+        self.assertEqual(running.stop(), 0)
+        good = log.read_bytes()
+        for content, word in ((good[:-3], "within"), (good[:9], "within"), (b"", "not a log"),
+                              (b"x" * 99, "not a log"), (good[:-30] + b"\xff" * 30, "")):
+            (self.folder / "bad").write_bytes(content)
+            self.assert_refused(self.run_simrig("--replay", self.folder / "bad"), 3, word)
+        self.scene.write_text(SCENE + "\n")
+        self.assert_refused(self.run_simrig("--replay", log), 3, "has changed")
 
 
 if __name__ == "__main__":

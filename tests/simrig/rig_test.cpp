@@ -11,36 +11,6 @@
 
 using namespace rig_harness;
 
-TEST_CASE("bridge and sensors answer, each under its address") {
-    Bench bench;
-    CHECK(bench.read(kBridge, 0x00) == 0x5B1D);
-    bench.wake_sensors();
-    CHECK(bench.read(kLeft, 0x00) == 0x1621);
-    CHECK(bench.read(kRight, 0x00) == 0x1621);
-    CHECK(bench.write(kLeft, 0x03, 99) == I2cStatus::kOk);
-    CHECK(bench.read(kLeft, 0x03) == 99);
-    CHECK(bench.read(kRight, 0x03) == 1535);
-    CHECK(bench.read(0x11, 0x00) == -1);
-}
-
-TEST_CASE("frames come through camera select and passthrough bit for bit") {
-    Bench bench;
-    bench.wake_sensors();
-    for (uint8_t address : {kLeft, kRight}) {
-        bench.set_window(address, 128, 96, 21, 5);
-    }
-    CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
-    for (int camera : {0, 1, 0, 1}) {
-        CHECK(bench.write(kBridge, 0x20, uint16_t(camera)) == I2cStatus::kOk);
-        bench.rig.advance(bench.rig.now_us() + 60 * kMs, 0);
-        const simrig::PpiFrame frame = bench.capture(128, 96);
-        CHECK(!frame.short_line);
-        CHECK(!frame.short_frame);
-        CHECK(!frame.long_frame);
-        CHECK(wrong_pixels(frame, camera) == 0);
-    }
-}
-
 TEST_CASE("a sensor that is reset or sleeps within a row starts over") {
     Bench bench;
     bench.wake_sensors();
@@ -79,17 +49,6 @@ TEST_CASE("a camera whose frame was aborted passes frames when it is selected ag
         CHECK(bench.write(kBridge, 0x48, 0x00F3) == I2cStatus::kOk);
         choose(0);
     }
-}
-
-TEST_CASE("a window other than armed is reported") {
-    Bench bench;
-    bench.wake_sensors();
-    bench.set_window(kLeft, 64, 48, 21, 5);
-    CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
-    bench.rig.advance(bench.rig.now_us() + 20 * kMs, 0);
-    CHECK(bench.capture(66, 48).short_line);
-    CHECK(bench.capture(64, 50).short_frame);
-    CHECK(bench.capture(64, 40).long_frame);
 }
 
 TEST_CASE("servos follow the pulses of the Verilog") {
@@ -242,16 +201,6 @@ TEST_CASE("the first pulse of another width is as exact as the others") {
         bench.rig.advance(bench.rig.now_us() + 200 * kMs, 0);
         CHECK(std::abs(bench.rig.state(0).pan_deg - (width_us - 1500) / 10.3) < 0.01);
     }
-}
-
-TEST_CASE("a servo is driven until the bridge's watchdog ends the pulses") {
-    Bench bench;
-    CHECK_FALSE(bench.rig.servo(0).driven(bench.rig.now_us()));
-    CHECK(bench.write(kBridge, 0x08, 0x0001) == I2cStatus::kOk);
-    bench.rig.advance(bench.rig.now_us() + 900 * kMs, 0);
-    CHECK(bench.rig.servo(0).driven(bench.rig.now_us()));
-    bench.rig.advance(bench.rig.now_us() + 300 * kMs, 0);
-    CHECK_FALSE(bench.rig.servo(0).driven(bench.rig.now_us()));
 }
 
 TEST_CASE("a rig warms up exponentially, and one without the number never does") {

@@ -22,11 +22,11 @@ FRAME_ARM, FRAME_WAIT, FRAME_CANCEL, SERIAL_WRITE, SERIAL_READ = range(19, 24)
 CONTROL, TRUTH, TRUTH_ROWS = 32, 33, 34
 DEPTH, NORMAL, OBJECT = 1, 2, 4
 REPLY = 0x8000
-OK, BAD_REQUEST, BAD_VERSION, BUSY, NOT_ALLOWED = 0, -1, -2, -3, -4
+OK, BAD_REQUEST, NOT_ALLOWED = 0, -1, -4
 NACK_ADDRESS, NACK_DATA, ARBITRATION, TIMEOUT, STUCK = -5, -6, -7, -8, -9
 DEADLINE, NO_FRAME_ARMED, FAILED = -10, -11, -12
 BOARD, CONTROLLER = 0, 1
-WAKE_GPIO, WAKE_SERIAL, WAKE_FRAME = 1, 2, 4
+WAKE_GPIO = 1
 BRIDGE, LEFT, RIGHT = 0x2C, 0x5C, 0x5E
 
 # A scene whose light takes no time to compute.
@@ -203,10 +203,6 @@ class Rig:
         self.out.seek(0)
         return self.out.read()
 
-    def memory_kib(self):
-        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text(encoding="ascii")
-        return int(re.search(r"VmRSS:\s+(\d+)", status)[1])
-
     def client(self, role=BOARD, greet=True):
         self.clients.append(Client(self.where, role, greet))
         return self.clients[-1]
@@ -268,5 +264,3 @@ class Bench(unittest.TestCase):
         self.assertNotIn("\n", caught.exception.text)
         return caught.exception.text
 
-    def assert_closed(self, client):
-        self.assertRaises(Gone, client.exactly, 1)

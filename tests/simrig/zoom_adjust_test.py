@@ -9,7 +9,6 @@ import shutil
 import subprocess
 import tempfile
 import unittest
-import zlib
 
 import numpy
 
@@ -57,20 +56,13 @@ def render(folder, zoom, turned_deg=0):
     return frames
 
 
-def changed(text, field, values):
-    """A calibration with other values of a field, and the checksum that it needs."""
-    lines = text.decode("ascii").splitlines()[:-1]
-    lines = [f"{field} {values}" if line.split(" ")[0] == field else line for line in lines]
-    body = "\n".join(lines) + "\n"
-    return (body + f"crc32 {zlib.crc32(body.encode()):08x}\n").encode()
-
-
 class ZoomAdjust(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="vergence-refine-"))
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        cls.zoom = cls.write("instrument.zoom", TEXT)
+        cls.zoom = cls.folder / "instrument.zoom"
+        cls.zoom.write_bytes(TEXT)
         session = Session(cls.folder / "scene", "rig", INSTRUMENT)
 
         def pair(frames, zoom, extra_deg=0):
@@ -83,12 +75,6 @@ class ZoomAdjust(unittest.TestCase):
         pair(tele, TELE, extra_deg=1)  # as if the servos had been set in between
         pair([numpy.full((HEIGHT, WIDTH), 300, "uint16")] * 2, TELE)
         session.end()
-
-    @classmethod
-    def write(cls, name, data):
-        path = cls.folder / name
-        path.write_bytes(data)
-        return path
 
     def run_on(self, *options, calibration=None):
         return subprocess.run(
@@ -167,24 +153,6 @@ class ZoomAdjust(unittest.TestCase):
         done = self.run_on("--pair", 2, "--with-pair", 3)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("pair 3 cannot help", done.stderr)
-
-    def test_bad_calibrations_are_refused_or_doubted(self):
-        other = self.write("other.zoom", changed(TEXT, "instrument", "other"))
-        self.refused(self.run_on("--pair", 2, calibration=other), 3, "MISMATCH", "other")
-        short = self.write("short.zoom", changed(TEXT, "left_zoom_counts", "300.000 600.000"))
-        self.refused(self.run_on("--pair", 2, calibration=short), 3, "left zoom", "700", "600")
-        edited = self.write("edited.zoom", TEXT.replace(b"instrument rig", b"instrument rug"))
-        self.refused(self.run_on("--pair", 2, calibration=edited), 3, "checksum")
-        cut = self.write("cut.zoom", TEXT[:3000])
-        self.refused(self.run_on("--pair", 2, calibration=cut), 3, "cut.zoom")
-        # A camera that was bumped by half a degree, ten of its standard deviations and more.
-        turn = next(line for line in TEXT.decode().splitlines()
-                    if line.startswith("right_rotation_rad ")).split(" ")[1:]
-        turn[0] = f"{float(turn[0]) + 0.009:.12f}"
-        bumped = self.write("bumped.zoom", changed(TEXT, "right_rotation_rad", " ".join(turn)))
-        for pair in (1, 2):
-            done = self.run_on("--pair", pair, calibration=bumped)
-            self.assertIn("calibrate again", done.stderr)
 
     def test_without_texture_the_deviation_of_the_prior_is_said(self):
         done = self.run_on("--pair", 5)
