@@ -15,6 +15,11 @@ using rig_bench::small_profile;
 
 namespace {
 
+// The registers that the sensor's data sheet describes.
+constexpr unsigned kIndices[] = {0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x09, 0x0A,
+                                 0x0B, 0x0C, 0x0D, 0x1E, 0x20, 0x22, 0x23, 0x2B, 0x2C, 0x2D, 0x2E,
+                                 0x32, 0x35, 0x49, 0x5F, 0x60, 0x61, 0x62, 0x63, 0x64};
+
 struct Registers {
     std::map<unsigned, uint16_t> sensor[RIG_SIDES];
     uint16_t expect_width = 0, expect_height = 0, control = 0;
@@ -28,7 +33,7 @@ struct Registers {
 Registers registers_of(RigBench &bench) {
     Registers found;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        for (unsigned index = 0; index <= 0x64; index++) {
+        for (const unsigned index : kIndices) {
             uint16_t value = 0;
             REQUIRE(mt9t001_read(&bench.rig.camera[side].sensor, uint8_t(index), &value) ==
                     ERROR_OK);
@@ -60,7 +65,7 @@ TEST_CASE("a region of 100 x 100 px gives several hundred frames a second") {
             raw_image_release(&frame.image);
             const uint64_t first_us = bench.now_us();
             const uint64_t first_exposed_us = frame.exposed_us;
-            const int frames = 40;
+            const int frames = 10;
             for (int i = 0; i < frames; i++) {
                 REQUIRE(rig_region_take(&bench.rig, &region, 0, &frame) == ERROR_OK);
                 raw_image_release(&frame.image);
@@ -72,12 +77,13 @@ TEST_CASE("a region of 100 x 100 px gives several hundred frames a second") {
                     " frames/s, first after ", first_us - begun_us, " us, end took ",
                     bench.now_us() - until_us, " us; black ", frame.black);
             CHECK(frame.exposure_us == applied_us);
+            CHECK(fps > (exposure_us < 1000 ? 300 : 100));
         }
     }
 }
 
 TEST_CASE("a region is anywhere on the sensor of either side, and leaves no trace") {
-    RigBench bench(small_profile(), "cylinder");
+    RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     uint32_t applied_us = 0;
     uint16_t applied_q3 = 0;
@@ -243,7 +249,7 @@ TEST_CASE("a camera that falls silent during a region makes the rig safe; a brin
 }
 
 TEST_CASE("the light changes in the frames that were exposed then") {
-    RigBench bench(small_profile(), "plane");
+    RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     const rig_rectangle where = {974, 718, 100, 100};
     rig_region region{};
