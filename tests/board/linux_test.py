@@ -5,14 +5,12 @@ same seed, must give the same: this rig is one without noise, so every pixel of 
 import contextlib
 import json
 import os
-import pathlib
-import re
 import signal
 import subprocess
 import time
 import unittest
 
-from board_process import (BOOT_LIMIT_S, COMMAND_LIMIT_S, KILL, ROOT, STOP, STOP_ALL,
+from board_process import (BOOT_LIMIT_S, COMMAND_LIMIT_S, KILL, STOP, STOP_ALL,
                            VERGENCE, BoardTest, child_of)
 from waiting import wait_until
 
