@@ -14,7 +14,7 @@ using simrig::LensMotorSettings;
 
 TEST_CASE("a lens arrives, from above, wherever it stood") {
     const uint64_t seed = synthetic::test_seed();
-    for (uint64_t i = 0; i < draws(1500); i++) {
+    for (uint64_t i = 0; i < draws(500); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
         simrig::Noise noise(seed + i);
         const Draw draw(noise);
@@ -42,7 +42,7 @@ TEST_CASE("a jam is reported in time, and no jammed lens arrives") {
     const uint64_t seed = synthetic::test_seed();
     unsigned after_arrival = 0;
     std::vector<double> reported;  // seconds after the jam
-    for (uint64_t i = 0; i < draws(1500); i++) {
+    for (uint64_t i = 0; i < draws(500); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
         simrig::Noise noise(seed + i);
         const Draw draw(noise);
@@ -77,20 +77,20 @@ TEST_CASE("a jam is reported in time, and no jammed lens arrives") {
         REQUIRE(lenses.go(draw.sides, draw.axis, draw.target) == ERROR_OK);
         check_arrival(draw, world);
     }
-    REQUIRE(reported.size() > draws(1500) / 4);
+    REQUIRE(reported.size() > draws(500) / 4);
     std::sort(reported.begin(), reported.end());
     MESSAGE("jams reported " << reported.size() << ", arrived before " << after_arrival
                              << "; seconds until then p50 " << reported[reported.size() / 2]
                              << " p99 " << reported[reported.size() * 99 / 100] << " max "
                              << reported.back());
     CHECK(reported[reported.size() / 2] < 2.5);
-    CHECK(after_arrival > draws(1500) / 10);
+    CHECK(after_arrival > draws(500) / 10);
 }
 
 TEST_CASE("cancelled at any moment the motors rest") {
     const uint64_t seed = synthetic::test_seed();
     unsigned cancelled = 0;
-    for (uint64_t i = 0; i < draws(700); i++) {
+    for (uint64_t i = 0; i < draws(300); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
         simrig::Noise noise(seed + i);
         const Draw draw(noise);
@@ -112,13 +112,13 @@ TEST_CASE("cancelled at any moment the motors rest") {
         REQUIRE(lenses.go(draw.sides, draw.axis, draw.target) == ERROR_OK);
         check_arrival(draw, world);
     }
-    CHECK(cancelled > draws(700) / 4);
+    CHECK(cancelled > draws(300) / 4);
 }
 
 TEST_CASE("on a bad line a move arrives, or says so in time, and is never wrong") {
     const uint64_t seed = synthetic::test_seed();
     unsigned arrived = 0, timeouts = 0, jams = 0;
-    for (uint64_t i = 0; i < draws(1000); i++) {
+    for (uint64_t i = 0; i < draws(400); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
         simrig::Noise noise(seed + i);
         const Draw draw(noise);
@@ -146,7 +146,7 @@ TEST_CASE("on a bad line a move arrives, or says so in time, and is never wrong"
         REQUIRE((error == ERROR_OK || error == ERROR_TIMEOUT || error == ERROR_JAMMED));
     }
     MESSAGE("arrived " << arrived << ", time-outs " << timeouts << ", jams " << jams);
-    CHECK(arrived > draws(1000) * 8 / 10);
+    CHECK(arrived > draws(400) * 8 / 10);
 }
 
 TEST_CASE("a controller that is slow, or loses an answer now and then, is not taken for dead") {
@@ -214,7 +214,7 @@ TEST_CASE("a command that is lost is sent again") {
 
 TEST_CASE("readings of which one in twenty is anything do not make it come from below") {
     const uint64_t seed = synthetic::test_seed();
-    for (uint64_t i = 0; i < draws(1500); i++) {
+    for (uint64_t i = 0; i < draws(500); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
         simrig::Noise noise(seed + i);
         std::array<LensWorld::Motors, 2> motors;
