@@ -2,7 +2,6 @@
 """vergence reconstruct --debug: the pictures exist, are right, and change no result."""
 import json
 import os
-import pathlib
 import re
 import shutil
 import struct
@@ -152,19 +151,6 @@ class Debug(pairs.Fixture):
         self.assertGreater(sure.mean(), 0.5)
         self.assertGreater((abs(shown - truth) < 4)[sure].mean(), 0.9)
 
-    def test_best_searches_everything(self):
-        self.check("best", INNER | WINDOWS)
-        # No requested disparity is missing in a slice.
-        indices, _ = read_indices(self.pictures / "07_row_cost.png")
-        asked = indices.shape[0] * DISPARITIES // SEARCHED
-        self.assertFalse((indices[-asked:] == NOTHING).any())
-
-    def test_fast_shows_every_other_row(self):
-        self.check("fast", INNER | WINDOWS, HEIGHT // 2)
-
-    def test_board(self):
-        self.check("board", INNER | WINDOWS)
-
     def test_paper_has_neither_costs_nor_messages(self):
         self.check("paper", set())
 
@@ -172,14 +158,6 @@ class Debug(pairs.Fixture):
         rig = self.calibration_text()
         for preset in ("standard", "best"):
             self.check(preset, INNER | WINDOWS, HEIGHT, "--calibration", rig, "--disparity", "0:48")
-
-    def test_threads_do_not_change_the_pictures(self):
-        kept = None
-        for threads in (1, 2, 3):
-            self.reconstruct(*RECTIFIED, "--threads", threads, "--debug", self.pictures)
-            files = {n: (self.pictures / n).read_bytes() for n in result_names(self.pictures)}
-            kept = kept or files
-            self.assertEqual(files, kept)
 
     def test_another_row(self):
         pages = []
@@ -221,14 +199,6 @@ class Refused(pairs.Fixture):
     def attempt(self, *arguments, **options):
         return pairs.run("reconstruct", self.left_path, self.right_path, *RECTIFIED, "--out",
                          self.out, *arguments, **options)
-
-    def test_no_directory(self):
-        file = self.directory / "file"
-        file.write_text("")
-        self.assert_refused(self.attempt("--debug", file), 1, "is not a directory")
-        self.assert_refused(self.attempt("--debug", file / "below"), 1, "below")
-        self.assert_refused(self.attempt("--debug", ""), 2, "too short")
-        self.assert_refused(self.attempt("--debug", "/proc/none/of/this"), 1, "/proc/none")
 
     def test_wrong_usage(self):
         self.assert_refused(self.attempt("--debug-row", 3), 2, "--debug")
@@ -277,15 +247,6 @@ class Refused(pairs.Fixture):
                 self.assert_refused(done, 1, "writing", "No space left",
                                     str(self.directory / "pictures"))
                 self.assertFalse((self.directory / "pictures").exists())
-
-
-class Manual(unittest.TestCase):
-    def test_help_and_readme_name_it(self):
-        done = pairs.run("help", "reconstruct")
-        self.assertIn("--debug DIR", done.stdout)
-        self.assertIn("--debug-row N", done.stdout)
-        readme = pathlib.Path(os.environ["VERGENCE_SOURCE"], "README.md").read_text()
-        self.assertIn("--debug", readme)
 
 
 if __name__ == "__main__":

@@ -125,20 +125,18 @@ class Images(pairs.Fixture):
                 self.check_same(reference, *paths)
 
     def test_images_are_turned_as_opencv_turns_them(self):
-        for extension in ("jpg", "png", "tif"):
-            for orientation in (1, 3, 6):
-                with self.subTest(extension=extension, orientation=orientation):
-                    turned, upright = [], []
-                    for side, image in (("l", self.left), ("r", self.right)):
-                        turned.append(self.save_turned(f"{side}-turned.{extension}", image,
-                                                       orientation))
-                        upright.append(self.save(f"{side}-upright.png",
-                                                 cv2.imread(str(turned[-1]))))
-                    reference = self.check(*upright)
-                    done = self.reconstruct(*RECTIFIED, left=turned[0], right=turned[1])
-                    self.assertTrue(numpy.array_equal(self.disparity(), reference))
-                    self.assertEqual(done.stderr.count(f"orientation ({orientation})"),
-                                     2 if orientation > 1 else 0, done.stderr)
+        for extension, orientation in (("jpg", 1), ("jpg", 6), ("png", 3), ("tif", 6)):
+            with self.subTest(extension=extension, orientation=orientation):
+                turned, upright = [], []
+                for side, image in (("l", self.left), ("r", self.right)):
+                    turned.append(self.save_turned(f"{side}-turned.{extension}", image,
+                                                   orientation))
+                    upright.append(self.save(f"{side}-upright.png", cv2.imread(str(turned[-1]))))
+                reference = self.check(*upright)
+                done = self.reconstruct(*RECTIFIED, left=turned[0], right=turned[1])
+                self.assertTrue(numpy.array_equal(self.disparity(), reference))
+                self.assertEqual(done.stderr.count(f"orientation ({orientation})"),
+                                 2 if orientation > 1 else 0, done.stderr)
 
     def save_turned(self, name, image, orientation):
         """The image (BGR) in a file with rotated pixels and the orientation tag that restores it.
@@ -183,7 +181,7 @@ class Images(pairs.Fixture):
         return numpy.array_equal(cv2.imread(str(target), cv2.IMREAD_UNCHANGED)[:, :, ::-1], image)
 
     def test_palette_and_few_bits(self):
-        for bits in (1, 2, 4, 8):
+        for bits in (1, 8):
             paths = []
             for side, image in (("l", self.left), ("r", self.right)):
                 reduced = Image.fromarray(pairs.grey(image)).quantize(2 ** bits, dither=0)
