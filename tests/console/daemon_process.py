@@ -294,6 +294,18 @@ class DaemonTest(unittest.TestCase):
             text=True, timeout=2 * TIMEOUT_S, **options)
 
 
+class ConsoleTest(DaemonTest):
+    """One daemon per class that serves a terminal too."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.console = Terminal()
+        cls.addClassCleanup(cls.console.close)
+        cls.settings = (f"console={cls.console.name}",)
+        super().setUpClass()
+        cls.console.wait_prompt()
+
+
 def framed(command, words="json"):
     """A request with its CRC."""
     return f"@{words},crc={zlib.crc32(f'@{words},{command}'.encode()):08X} {command}\n"

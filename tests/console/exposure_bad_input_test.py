@@ -36,10 +36,6 @@ class ExposureBadInput(BadInputTest):
         self.control("light 1", "move sun 5000 0 1700")
         self.assert_exposes()
 
-    def test_too_little_light_with_the_iris_at_its_end(self):
-        self.control("light 0.00001")
-        self.refused_as_before("dark")
-
     def test_an_iris_that_is_kept_is_opened_by_hand_unless_it_is_open(self):
         self.control("light 0.00001")
         for position, advice in ((300, "open the iris"), (850, "and open iris")):

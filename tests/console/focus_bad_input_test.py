@@ -90,13 +90,6 @@ class BadInputTest(DaemonTest):
 
 
 class FocusBadInput(BadInputTest):
-    def assert_focuses(self):
-        """A part that failed works again: the next search finds the print."""
-        answer = self.user.ask_json(f"autofocus side=left {REGION}")
-        self.assertTrue(answer["ok"], answer)
-        found = re.search(r"median: {depth_mm: \S+, focus: \S+, blur_px: (\S+)}",
-                          self.control("sharp left 1000 740 48 48"))
-        self.assertLess(float(found[1]), 4, answer)
 
     def test_lens_cap(self):
         self.control("cap left on")
@@ -121,35 +114,12 @@ class FocusBadInput(BadInputTest):
             self.assertRegex(answer[-1], "^ERR (MOVED|NO_FOCUS) .*left camera")
             self.assert_untouched()
 
-    def test_jam_in_mid_sweep(self):
-        self.later(1.5, "fault lens left focus jam")
-        self.refused(f"autofocus side=left {REGION}", "JAMMED", "left")
-        self.control("fault lens left focus free")
-        self.assert_focuses()
-
-    def test_silence_in_mid_sweep(self):
-        self.later(1.5, "fault serial silent")
-        answer = self.user.ask(f"autofocus side=left {REGION}")
-        self.assertRegex(answer[-1], "^ERR TIMEOUT .*lens")
-        self.control("fault serial ok")
-        self.assert_untouched()
-        self.assert_focuses()
-
     def test_region_outside_the_sensor(self):
         before = self.control("status").split("\n", 1)[1]
         for region in ("2000,740,100,100", "0,1500,100,100", "3000,3000,40,40", "10,10,0,0",
                        "10,10,2,2", "10,10,31,100", "10,10,100,31", "10,10,100,5000"):
             self.refused(f"autofocus side=left region={region}", "RANGE", "region")
         self.assertEqual(self.control("status").split("\n", 1)[1], before, "nothing moved")
-
-    def test_camera_unplugged_in_mid_sweep(self):
-        self.later(1.5, "fault camera left unplug")
-        answer = self.user.ask(f"autofocus side=left {REGION}")
-        self.assertRegex(answer[-1], "^ERR [A-Z_]+ .*left")
-        self.assert_rest()
-        self.control("fault camera left ok")
-        self.setUp()
-        self.assert_focuses()
 
 
 if __name__ == "__main__":

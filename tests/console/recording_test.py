@@ -129,34 +129,6 @@ class Recording(DaemonTest):
             self.assertGreaterEqual(pairs, 1)
             self.play(name, 1)
 
-    def test_killed_before_the_first_pair(self):
-        """The completed commands are there."""
-        self.first.ask("wait 4")
-        for command in ("record start early", "bringup", "zoom 500", "pan 2"):
-            self.assertEqual(self.first.ask(command)[-1], "OK", command)
-        self.first.begin("focus 300")
-        self.kill()
-        self.restart()
-        played = self.first.ask("replay early")
-        self.assertEqual(played[-1], "OK")
-        self.assertIn("cut_off: yes", played)
-        commands = [line for line in played if line.startswith("commands: ")]
-        self.assertIn(int(commands[0].split()[1]), (3, 4), played)
-
-    def socket_inodes(self):
-        """Of the socket; none while the daemon replaces it."""
-        return [entry.inode() for entry in os.scandir(self.folder) if entry.path == self.path]
-
-    def test_killed_and_left_its_socket(self):
-        self.assertEqual(self.first.ask("bringup")[-1], "OK")
-        self.kill()
-        self.assertTrue(os.path.exists(self.path))
-        inode = os.stat(self.path).st_ino
-        type(self).start()
-        wait_until(lambda: inode not in self.socket_inodes() != [])
-        self.first = self.client()
-        self.assertEqual(self.first.ask("bringup")[-1], "OK")
-
     def test_a_full_disk_keeps_the_earlier_pairs(self):
         self.begin("full")
         log = os.path.join(self.files, "full", "calls.log")
@@ -188,20 +160,6 @@ class Recording(DaemonTest):
         self.begin("after")
         self.assertEqual(self.first.ask("record stop")[-1], "OK")
         self.play("after", 1)
-
-    def test_a_recording_that_is_cut_off_at_once(self):
-        """Its first frames do not fit: the bring-up works, and the recording reports it."""
-        self.assertEqual(self.first.ask("record start none")[-1], "OK")
-        unlimited = resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE)
-        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, (2000, unlimited[1]))
-        self.assertEqual(self.first.ask("bringup")[-1], "OK")
-        self.first.ask("wait 0.2")
-        reported = self.first.ask("record")
-        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
-        self.assertEqual((reported[0], reported[1][:9]), ("recording: none", "cut_off: "))
-        self.assertIn("error: the recording is cut off: none/", "\n".join(self.first.ask("log")))
-        self.assertEqual(self.first.ask("record stop")[-1][:8], "ERR FULL")
-        self.assertIn("cut off before its first command", self.first.ask("replay none")[-1])
 
     def test_a_full_disk_leaves_no_session_without_a_pair(self):
         for command in (*LEAD, "capture good"):

@@ -148,57 +148,6 @@ class Replay(PlayedPairs):
                 self.assertIn(word, answer["message"])
         self.assertEqual(self.first.ask("version")[-1], "OK")
 
-    def test_links_and_pipes(self):
-        os.symlink(self.recorded, os.path.join(self.files, "link"))
-        self.assertFalse(self.first.ask_json("replay link")["ok"])
-        for name in ("session.index", "calls.log"):
-            folder = self.copy(f"pipe-{name}")
-            os.remove(os.path.join(folder, name))
-            os.mkfifo(os.path.join(folder, name))
-            self.assertFalse(self.played(f"pipe-{name}")["ok"])
-
-    def test_times_and_answers_that_are_none(self):
-        place = next(i for i, line in enumerate(calls_of(self.recorded))
-                     if "camera0 control 0 7000 = " in line)
-        time_us, call = calls_of(self.recorded)[place].split(" ", 1)
-        call = call.split(" = ")[0]
-        for number, (line, reason) in enumerate((
-                (f"{time_us} {call} = 0", f"invalid answer to '{call}"),
-                (f"{time_us} {call} = 0 x", f"invalid answer to '{call}"),
-                (f"{time_us}{call} = 0 7000", "not a call"),
-                (f"x {call} = 0 7000", "not a call"),
-                (f"1 {call} = 0 7000", "expected "),
-                (f"{24 * '9'} {call} = 0 7000", "expected "))):
-            folder = self.copy(f"line-{number}")
-            lines = calls_of(folder)
-            lines[place] = line
-            write_calls(folder, lines)
-            answer = self.played(f"line-{number}")
-            if not answer["ok"]:
-                self.assertEqual(answer["error"], "VERIFY", (line, answer))
-                self.assertIn(reason, answer["message"])
-        self.assertEqual(self.first.ask("version")[-1], "OK")
-
-    def other_commands(self, name, commands):
-        """The answers of a daemon that replays this to these commands."""
-        done = subprocess.run(
-            [VERGENCED, f"backend=replay {os.path.join(self.files, name)}", "socket=none",
-             "console=stdio", f"files={self.files}", "store=none", *self.settings],
-            input=commands, text=True, capture_output=True, timeout=TIMEOUT_S)
-        return done.stdout, done.stderr
-
-    def test_other_commands_than_the_recorded_ones(self):
-        """No part is blamed, and the first difference is reported at once."""
-        output_text, logged = self.other_commands("whole", "bringup\nexposure 6000\nhealth\nlog\n")
-        self.assertRegex(output_text, "\nERR IO left camera: mismatch with the recording ")
-        self.assertIn("why mismatch with the recording", output_text)
-        for text in (output_text, logged):
-            self.assertEqual(text.count("expected the call "), 1, text)
-        self.record("short", ["bringup"])
-        output_text, logged = self.other_commands("short", "bringup\nexposure 6000\nlog\n")
-        self.assertRegex(output_text, "\nERR IO left camera: the replayed recording ends here")
-        self.assertEqual(logged.count("the recording ends here, got "), 1, logged)
-
     def test_a_call_that_differs(self):
         folder = self.copy("call")
         lines = calls_of(folder)
@@ -289,20 +238,6 @@ class Replay(PlayedPairs):
         self.assertEqual(calls, [])
         answer = self.played("report")
         self.assertTrue(answer["ok"], answer)
-
-    def test_a_killed_daemon(self):
-        self.record("killed", COMMANDS, stop=False)
-        self.first.begin("wait 100000")
-        self.daemon.kill()
-        self.daemon.wait(TIMEOUT_S)
-        self.daemon.returncode = 0
-        os.unlink(self.path)
-        self.start()
-        self.first = self.client()
-        answer = self.played("killed")
-        self.assertTrue(answer["ok"], answer)
-        self.assertEqual((answer["result"]["cut_off"], answer["result"]["pairs"] >= 1),
-                         ("yes", True))
 
     def test_a_daemon_that_ends(self):
         self.record("ended", COMMANDS, stop=False)

@@ -3,7 +3,6 @@
 import glob
 import os
 import subprocess
-import time
 import unittest
 
 from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest
@@ -102,11 +101,6 @@ class Rig(RigTest):
         self.asked("safe")
         self.assertRegex(self.first.ask("health")[-1], "^ERR NOT_READY health: .*bringup")
 
-    def test_a_selftest_leaves_the_cameras_as_they_were(self):
-        self.asked("window 320 240")
-        self.asked("selftest")
-        self.assertEqual(self.asked("capture")["left"]["width"], 320)
-
     def test_looks(self):
         self.assertEqual(self.asked("selftest")["picture"], "arrives bit for bit")
         self.assertEqual(self.asked("registers bridge id"), {"id": "0x5B1D"})
@@ -134,19 +128,6 @@ class Rig(RigTest):
         self.assertIn(self.asked("status")["state"], ("safe", "ready"))
         self.assertTrue(self.first.ask_json("bringup")["ok"])
         self.assertAlmostEqual(self.asked("zoom 400 side=left")["left"]["position"], 400, delta=6)
-
-    def test_what_is_refused_after_a_cancelled_bringup(self):
-        self.addCleanup(self.asked, "bringup")
-        for timeout_s in (0.02, 0.05, 0.1, 0.2, 0.4):
-            self.first.send("bringup\n")
-            time.sleep(timeout_s)
-            self.first.send("\x03")
-            self.first.answer()
-            self.assertNotEqual(self.asked("status").get("error"), "")  # a cancellation, not an error
-            if self.asked("status")["state"] == "safe":
-                break  # otherwise it had not started yet, or had ended
-        self.assertRegex(self.first.ask("zoom 500")[-1],
-                         "^ERR NOT_READY zoom: .*safe state.*bringup")
 
     def frames_of(self, session):
         """The files of a session's frames, whose names are the CRC of their contents."""
@@ -231,11 +212,6 @@ class Rig(RigTest):
         self.assertRegex(self.first.ask("reconstruct")[0], r"^ERR MISSING capture-[\d-]+: no calibration")
         self.assertEqual(os.listdir(self.files), names)
 
-    def test_safe(self):
-        self.assertIn("state", self.asked("safe"))
-        if self.asked("status")["state"] == "safe":
-            self.assertEqual(self.first.ask("pan 1")[0][:13], "ERR NOT_READY")
-
 
 class Errors(RigTest):
     settings = ("rig.skew_limit=1ms", "rig.width=128px", "rig.height=96px")
@@ -279,19 +255,6 @@ class RigsThatGo(DaemonTest):
         self.assertEqual(first.ask("pan 5")[-1], "OK")
         self.assertEqual(first.ask("capture again")[-1], "OK")
         self.assertNotIn("error", first.ask_json("status")["result"])
-
-    def test_another_one_at_once(self):
-        """Between two commands: the next one reports it, and a bring-up suffices."""
-        first = self.client()
-        self.assertEqual(first.ask("bringup")[-1], "OK")
-        self.end(self.rig)
-        type(self).begin_rig()
-        self.assertRegex(first.ask("status")[-1], "^ERR DEVICE .*simulated rig has gone")
-        self.assertEqual(first.ask("bringup")[-1], "OK")
-        self.assertEqual(first.ask("capture")[-1], "OK")
-        self.end(self.rig)
-        type(self).begin_rig()
-        self.assertEqual(first.ask("bringup")[-1], "OK")
 
 
 class RigsThatCome(DaemonTest):

@@ -2,7 +2,6 @@
 """A person at a PC's terminal."""
 import fcntl
 import os
-import struct
 import subprocess
 import termios
 
@@ -30,10 +29,6 @@ class TerminalUser(Terminal):
         terminal_user = cls(test.path)
         test.addCleanup(terminal_user.close)
         return terminal_user
-
-    def set_columns(self, columns):
-        """Changes the width of the window, which is unset at first."""
-        fcntl.ioctl(self.master, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
 
     def type(self, text):
         """Pastes a text, which may be more than the terminal buffers before it is read."""

@@ -5,7 +5,7 @@ import os
 import time
 import unittest
 
-from fake_devices import FRAME_US, DeviceTest
+from fake_devices import DeviceTest
 from waiting import wait_until
 
 LINE = 4

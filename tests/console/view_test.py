@@ -13,9 +13,7 @@ import unittest
 import cv2
 import numpy
 
-from bad_line import BadLine
-from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal
-from terminal_user import TerminalUser
+from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest
 from played_pairs import SESSION, PlayedPairs
 
 
@@ -247,44 +245,6 @@ class Fetched(Looking, PlayedPairs):
         self.assertNotIn(name, taken)
         self.assertEqual(sorted(os.listdir(self.here)), sorted([*taken, name]))
         self.assertEqual(self.shown(name, self.here).shape, (200, 2 * 336, 3))
-
-    def test_a_user_gets_it_as_well(self):
-        before = os.getcwd()
-        os.chdir(self.here)
-        self.addCleanup(os.chdir, before)
-        terminal_user = TerminalUser.of(self)
-        lines = terminal_user.run("view")
-        self.assertEqual(lines[-1], "OK")
-        self.assertRegex(lines[-2], r"written: view-\S+\.png, \d+ bytes$")
-        self.assertEqual(len(os.listdir(self.here)), 1)
-
-    def test_a_failure_is_reported_once(self):
-        for words, code in ((("view", "half"), 1), (("--json", "view", "half"), 1)):
-            done = self.vergence(*words, cwd=self.here)
-            self.assertEqual(done.returncode, code, done)
-            self.assertEqual((done.stdout + done.stderr).count("ARGUMENT"), 1, done)
-        self.assertEqual(os.listdir(self.here), [])
-
-
-class OverASerialLine(Looking, PlayedPairs):
-    @classmethod
-    def start(cls):
-        cls.console = Terminal()
-        cls.addClassCleanup(cls.console.close)
-        super().start()
-
-    @classmethod
-    def arguments(cls):
-        return [*super().arguments(), f"console={cls.console.name}"]
-
-    def test_the_picture_comes_through(self):
-        self.asked("bringup")
-        line = BadLine(self.console, 1, 0, 0)
-        self.addCleanup(line.close)
-        done = self.vergence("view", cwd=self.folder, where=f"serial:{line.name}")
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-        name = re.search(r"^written: (\S+),", done.stdout, re.M)[1]
-        self.assertTrue(numpy.array_equal(self.shown(name), self.shown(name, self.folder)))
 
 
 if __name__ == "__main__":

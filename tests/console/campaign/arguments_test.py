@@ -6,7 +6,6 @@ import glob
 import json
 import os
 import random
-import re
 import select
 import shutil
 import unittest

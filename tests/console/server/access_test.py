@@ -280,11 +280,6 @@ def over_tcp(folder, token, where):
     return codes
 
 
-class Token(WithPort):
-    def test_the_console_shows_it(self):
-        self.assertEqual(self.client().ask("token"), [f"token: {self.the_token()}", "OK"])
-
-
 class Readme(unittest.TestCase):
     """The example of the manual, at a port that is free."""
 

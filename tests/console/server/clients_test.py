@@ -95,20 +95,6 @@ class Clients(DaemonTest):
         self.first.send(line)
         self.assertEqual(self.first.line()[:10], "ERR SYNTAX")
 
-    def test_watch(self):
-        lines = self.first.ask("watch 0.1 version count=3")
-        self.assertEqual((sum(line.startswith("build") for line in lines), lines[-1]), (3, "OK"))
-        self.first.send("@json watch 0.1 version\n")
-        self.assertEqual(json.loads(self.first.line())["event"], "watch")
-        self.first.send("\x03")
-        line = json.loads(self.first.line())
-        while "ok" not in line:
-            line = json.loads(self.first.line())
-        self.assertEqual(line["error"], "CANCELLED")
-        self.assertEqual(self.first.ask("watch 1 quit")[0][:12], "ERR ARGUMENT")
-        self.assertEqual(self.first.ask('watch 1 "watch 1 version"')[0][:12], "ERR ARGUMENT")
-        self.assertIn("zoom: the instrument is down", self.first.ask("watch 1 zoom")[0])
-
     def test_help_is_complete(self):
         groups = self.first.ask_json("help")["result"]
         self.assertEqual(list(groups), ["daily", "look", "move", "light", "measure", "files", "service"])
@@ -183,25 +169,6 @@ class Clients(DaemonTest):
         self.first.send("\x03")
         self.assertEqual(self.first.begun_answer(), ["ERR CANCELLED cancelled"])
 
-    def test_waiting_for_another_client_is_reported(self):
-        others = [self.seated() for _ in range(3)]
-        self.first.begin("wait 100000")
-        others[0].send("@json,progress status\n")
-        self.assertEqual(json.loads(others[0].line()), {
-            "event": "progress", "what": "waiting for another client's wait", "done": 0,
-            "total": 1})
-        self.assertEqual(others[1].begin("status"), "... waiting for another client's wait 0/2")
-        # Commands without the instrument do not wait, and clients without @progress get no report.
-        self.assertEqual(others[2].ask("@progress version")[0][:8], "version:")
-        self.first.send("\x03")
-        self.assertEqual(self.first.begun_answer(), ["ERR CANCELLED cancelled"])
-        self.assertTrue(json.loads(others[0].line())["ok"])
-        answer = others[1].answer()
-        # It may get a report while the command before it runs.
-        if answer[0].startswith("..."):
-            self.assertEqual(answer.pop(0), "... waiting for another client's status 1/2")
-        self.assertEqual(answer, ["state: down", "profile: rig", "OK"])
-
     def test_too_many_clients(self):
         clients = [self.seated() for _ in range(5)]
         self.assertEqual(clients[-1].ask("version")[-1], "OK")
@@ -234,12 +201,6 @@ class Clients(DaemonTest):
         self.first.socket.shutdown(socket.SHUT_WR)
         answers = [self.first.answer()[-1] for _ in range(3)]
         self.assertEqual((answers, self.first.line()), (["OK", "OK", "OK"], None))
-
-    def test_a_client_that_goes_cancels_what_it_began(self):
-        gone = self.client()
-        gone.begin("wait 100000")
-        gone.socket.close()
-        self.assertEqual(self.first.ask("wait 0"), ["OK"])
 
     def test_a_client_that_is_killed(self):
         for _ in range(3):

@@ -256,12 +256,6 @@ class Config(unittest.TestCase):
                      "profile = two-cameras\nfaults = right.take@1=spoil"):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
 
-    def test_pages_take_no_settings(self):
-        for page in (["--help-config"], ["--help-profile", "rig"], ["--help-lenses"], ["--version"]):
-            done = run(*page, "i2c=none")
-            self.assertEqual((done.returncode, done.stdout), (2, ""))
-            self.assertRegex(done.stderr, f"^vergenced: {page[0]} .*settings: i2c=none\n$")
-
     def test_lens_controllers(self):
         lines = run("--help-lenses").stdout.splitlines()
         self.assertEqual(lines[0], "fixed: no motors")
@@ -299,19 +293,6 @@ class Config(unittest.TestCase):
                 self.refused("", *parts, words=words)
         self.assertEqual(self.check("", "profile=rig", "rig.width=640px", " socket = none ",
                                     "console=stdio"), (0, "FILE: good\n"))
-
-    def test_a_profile_of_the_command_line_undoes_nothing_in_the_file(self):
-        # The width of the file stays in force, and is too large with a bridge.
-        text = "profile = two-cameras\nrig.width = 4000 px\n"
-        self.assertEqual(self.check(text), (0, "FILE: good\n"))
-        self.refused(text, "FILE:2: rig.width = 4000 px conflicts with rig.bridge = yes ",
-                     "an even number, 16 to 2048 px)", words=("profile=rig",))
-        self.assertEqual(self.check(text, "profile=rig", "rig.width=640px"), (0, "FILE: good\n"))
-        # So does the backlash with lenses; a line is checked with what replaces other lines.
-        text = "rig.lens_backlash = 5 counts\n"
-        self.assertEqual(self.check(text, "rig.lenses=v1lc"), (0, "FILE: good\n"))
-        self.assertEqual(self.check("rig.width = 4000 px\n", "profile=two-cameras"),
-                         (0, "FILE: good\n"))
 
     def test_file_and_command_line_are_checked_together(self):
         # A profile on the command line applies to the whole file.

@@ -281,7 +281,7 @@ class Rounds(DaemonTest):
     """Captures and reconstructions in a row: after the first ones the daemon takes no more memory and
     no more descriptors. VERGENCE_ROUNDS sets their number."""
     scene = "cylinder"
-    rounds = int(os.environ.get("VERGENCE_ROUNDS", "5"))
+    rounds = int(os.environ.get("VERGENCE_ROUNDS", "2"))
 
     def figures(self):
         memory = self.first.ask_json("system")["result"]["memory"]
@@ -303,7 +303,7 @@ class Rounds(DaemonTest):
         with open(os.path.join(self.files, "kept.txt"), "w", encoding="ascii") as file:
             file.write(calibration_of(SESSION))
         self.assertTrue(self.first.ask_json("calibration set kept.txt")["ok"])
-        for _ in range(3):
+        for _ in range(2):
             self.assertGreater(self.round(), 1000)
         before, descriptors = self.figures()
         for _ in range(self.rounds):

@@ -69,16 +69,6 @@ class Interrupt(DaemonTest):
                 with open(path, "rb") as file:
                     self.assertEqual(file.read(), content)
 
-    def test_while_it_waits_for_a_line(self):
-        for words in ([], ["--json"]):
-            process = self.begin(*words, stdin=subprocess.PIPE)
-            process.stdin.write("version\n")
-            process.stdin.flush()
-            process.stdout.readline()
-            process.send_signal(signal.SIGINT)
-            self.assertEqual(process.wait(TIMEOUT_S), INTERRUPTED)
-            process.stdin.close()
-
     def test_invalid_lines(self):
         # The rest of a long line, or what follows a zero byte, is not a command.
         script = "# " + "x" * 511 + "log 1\n" + "wait\0 0\n" + "wait 0\n" + "y" * 5000 + "\nwait 0"
@@ -133,14 +123,6 @@ class Interrupt(DaemonTest):
             return terminal_user.line_count("OK") > begun and terminal_user.at_prompt()
         wait_until(ran, lambda: terminal_user.screen.lines[-8:])
 
-    def test_a_user_pastes_much(self):
-        terminal_user = TerminalUser.of(self)
-        terminal_user.type("".join(f"wait 0 # {i:03}\r" for i in range(300)))
-        terminal_user.until(lambda: terminal_user.line_count("OK") == 300 and terminal_user.at_prompt())
-        terminal_user.type("wait 1\r" + "".join(f"wait 0 # {i:03}\r" for i in range(300)))
-        terminal_user.until(lambda: terminal_user.line_count("OK") == 601 and terminal_user.at_prompt())
-        self.assertFalse([line for line in terminal_user.screen.lines if "ERR" in line])
-
     def test_a_user_fetches(self):
         with open(os.path.join(self.files, "huge"), "wb") as file:
             file.write(bytes(14 << 20))
@@ -178,13 +160,6 @@ class Interrupt(DaemonTest):
         for _ in range(5001):
             self.assertEqual(client.answer(), ["OK"])
         self.assertEqual(client.answer()[0][:7], "version")
-
-    def test_a_daemon_that_dies(self):
-        terminal_user = TerminalUser.of(self)
-        self.end(self.daemon)
-        terminal_user.type("version\r")
-        self.assertEqual(terminal_user.process.wait(TIMEOUT_S), 3)
-        type(self).start()
 
 
 if __name__ == "__main__":

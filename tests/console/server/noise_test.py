@@ -10,7 +10,7 @@ import unittest
 from urllib.parse import unquote
 
 from bad_line import BadLine
-from daemon_process import TIMEOUT_S, DaemonTest, Terminal, framed
+from daemon_process import TIMEOUT_S, ConsoleTest, framed
 from waiting import wait_until
 
 # All of it takes two minutes, mostly of waiting; without this a short part, always with the same noise.
@@ -37,14 +37,10 @@ class Lines:
         return line.decode().strip()
 
 
-class Noise(DaemonTest):
+class Noise(ConsoleTest):
     @classmethod
     def setUpClass(cls):
-        cls.console = Terminal()
-        cls.addClassCleanup(cls.console.close)
-        cls.settings = (f"console={cls.console.name}",)
         super().setUpClass()
-        cls.console.wait_prompt()
         cls.content = random.Random(5).randbytes(30000)
         with open(os.path.join(cls.files, "frame.bin"), "wb") as file:
             file.write(cls.content)

@@ -227,26 +227,6 @@ class Peers(DaemonTest):
         terminal_user.send("sh\t")
         terminal_user.wait_line("vergence> show?")
 
-    def test_a_script_that_cannot_be_read(self):
-        directory = os.open(self.folder, os.O_RDONLY)
-        self.addCleanup(os.close, directory)
-        closed = ("sh", "-c", 'exec "$@" <&-', "sh")
-        connect = [VERGENCE, "--connect", f"unix:{self.path}"]
-        for launcher, why, error in (((), "Is a directory", "IO"),
-                                     (closed, "Bad file descriptor", "IO")):
-            for words in ([], ["--json"]):
-                done = subprocess.run([*launcher, *connect, *words], stdin=directory, text=True,
-                                      capture_output=True, timeout=TIMEOUT_S)
-                why_all = f"cannot read standard input: {why}"
-                self.assertEqual(done.returncode, 1, done)
-                if words:
-                    answer = json.loads(done.stdout)
-                    self.assertEqual((answer["ok"], answer["error"], answer["message"]),
-                                     (False, error, why_all))
-                    self.assertEqual(done.stderr, "")
-                else:
-                    self.assertEqual((done.stdout, done.stderr), ("", f"vergence: {why_all}\n"))
-
     def test_a_script_that_breaks_off(self):
         """Complete lines before the break run; a line cut by it does not."""
         for words in ([], ["--keep-going"]):
@@ -289,46 +269,6 @@ class Peers(DaemonTest):
         # A whole line as one argument is only for the daemon.
         done = self.vergence("help --json")
         self.assertEqual((done.returncode, done.stderr[:4]), (1, "ERR "))
-
-    def test_a_file_that_cannot_be_sent(self):
-        """The error codes are the same for a file that is missing here or there."""
-        path = os.path.join(self.folder, "IO loop")
-        os.symlink(path, path)
-        self.addCleanup(os.remove, path)
-        for name, error, why in (("none here", "MISSING", "No such file or directory"),
-                                 ("IO loop", "REFUSED", "Too many levels of symbolic links")):
-            done = self.vergence("--json", "send", name, cwd=self.folder)
-            answer = json.loads(done.stdout)
-            self.assertEqual((done.returncode, answer["error"], answer["message"]),
-                             (1, error, f"{name}: {why}"))
-            done = self.vergence("send", name, cwd=self.folder)
-            self.assertEqual((done.returncode, done.stderr), (1, f"vergence: {name}: {why}\n"))
-
-    def test_a_directory_as_completion_leaves_it(self):
-        there = os.path.join(self.files, "taken")
-        os.makedirs(os.path.join(there, "deep"))
-        for name in ("a", "deep/b"):
-            with open(os.path.join(there, name), "w", encoding="ascii") as file:
-                file.write(name)
-        for typed, written in (("taken/deep/", "deep"), ("taken/deep//", "deep")):
-            done = self.vergence("fetch", typed, cwd=self.folder)
-            self.assertEqual((done.returncode, done.stdout, done.stderr),
-                             (0, f"written: {written}, 1 files, 6 bytes\nOK\n", ""))
-            with open(os.path.join(self.folder, written, "b"), encoding="ascii") as file:
-                self.assertEqual(file.read(), "deep/b")
-
-    def test_candidates_come_in_the_order_of_files(self):
-        there = os.path.join(self.files, "many")
-        os.makedirs(there)
-        names = [f"f{i * 7919 % 1000:03}" for i in range(60)]
-        for name in names:
-            with open(os.path.join(there, name), "w", encoding="ascii"):
-                pass
-        client = self.client()
-        listed = [entry["file"] for entry in client.ask_json("files many")["result"]["files"]]
-        words = client.ask_json('complete "fetch many/"')["result"]["words"].split()
-        self.assertEqual(listed, sorted(names))
-        self.assertEqual(words, [f"many/{name}" for name in listed])
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ and that the two lines printed by "vergence simulate" work as written."""
 import json
 import signal
 import stat
-import subprocess
 import unittest
 
 from as_user import VERGENCE, UserTest

@@ -4,7 +4,6 @@ import fcntl
 import json
 import os
 import random
-import re
 import resource
 import shutil
 import signal
@@ -15,19 +14,15 @@ import time
 import unittest
 
 from bad_line import BadLine
-from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, DaemonTest, Terminal
+from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, ConsoleTest
 from terminal_user import TerminalUser
 from waiting import wait_until
 
 
-class Remote(DaemonTest):
+class Remote(ConsoleTest):
     @classmethod
     def setUpClass(cls):
-        cls.console = Terminal()
-        cls.addClassCleanup(cls.console.close)
-        cls.settings = (f"console={cls.console.name}",)
         super().setUpClass()
-        cls.console.wait_prompt()
         cls.content = random.Random(5).randbytes(100000)
         os.makedirs(os.path.join(cls.files, "session"), exist_ok=True)
         with open(os.path.join(cls.files, "session", "frame.bin"), "wb") as file:
@@ -60,12 +55,6 @@ class Remote(DaemonTest):
                           "(use --json for JSON)\n"))
         done = self.vergence(input="version\nwait 0\n")
         self.assertEqual((done.returncode, done.stdout.count("OK\n")), (0, 2))
-
-    def test_its_usage_is_printed_once(self):
-        done = subprocess.run([VERGENCE, "--connect", "unix:/x", "--help"], capture_output=True,
-                              text=True, timeout=TIMEOUT_S)
-        self.assertIn("\nusage: vergence --connect [ADDRESS] [OPTIONS] [COMMAND [ARGUMENT ...]]\n",
-                      done.stdout)
 
     def test_no_connection(self):
         for where in ("unix:/no/such", "tcp:127.0.0.1:1", "serial:/dev/null", "serial:/no/such"):
@@ -348,13 +337,6 @@ class Remote(DaemonTest):
         terminal_user.type("\x04")
         self.assertEqual(terminal_user.process.wait(TIMEOUT_S), 0)
 
-    def test_ctrl_d_while_a_command_runs(self):
-        terminal_user = TerminalUser.of(self)
-        terminal_user.type("wait 1\r")
-        terminal_user.until(lambda: "waiting" in terminal_user.screen.lines[-1])
-        terminal_user.type("\x04")
-        self.assertEqual(terminal_user.process.wait(20), 0)
-
     def test_history(self):
         """It survives the client, killed or not, and Ctrl-R finds a line in it."""
         first = TerminalUser.of(self)
@@ -374,22 +356,6 @@ class Remote(DaemonTest):
         self.assertEqual(second.process.wait(TIMEOUT_S), 0)
         path = os.path.join(self.folder, "vergence", "history")
         self.assertEqual(os.stat(path).st_mode & 0o777, 0o600)
-
-    def test_a_bar_in_a_window_of_any_width(self):
-        terminal_user = TerminalUser.of(self)
-        for columns in (132, 60, 20):
-            terminal_user.set_columns(columns)
-            begin = len(terminal_user.text)
-            terminal_user.type("wait 100000\r")
-            terminal_user.until(lambda begin=begin: terminal_user.text.count("waiting", begin) > 1)
-            terminal_user.type("\x03")
-            terminal_user.until(lambda begin=begin: "CANCELLED" in terminal_user.text[begin:] and
-                         terminal_user.at_prompt())
-            bars = re.findall("waiting[^\r\n]*%", terminal_user.text[begin:])
-            self.assertEqual({len(bar) for bar in bars}, {min(columns - 1, 93)}, bars)
-            # The text that erases it is not longer either.
-            blanks = re.findall("\r( +)\r", terminal_user.text[begin:])
-            self.assertEqual({len(blank) for blank in blanks}, {min(columns - 1, 93)})
 
     def through(self, lost, changed, seed=None):
         seed = seed or int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
@@ -446,26 +412,6 @@ class Remote(DaemonTest):
         self.assertNotEqual(done.returncode, 0)
         self.assertIn(f"console = {self.console.name}: in use by another program",
                       done.stderr)
-
-    def test_a_serial_line_that_loses_bytes(self):
-        line = self.through(0.00003, 0.00003)
-        there = self.path_of("lossy")
-        for _ in range(20):
-            done = self.vergence("fetch", "session/frame.bin", there, where=f"serial:{line.name}")
-            if done.returncode == 0:
-                break
-            self.assertEqual(done.returncode, 3, done.stderr)
-        with open(there, "rb") as file:
-            self.assertEqual(file.read(), self.content)
-
-    def test_a_damaged_answer_is_asked_for_again_at_once(self):
-        line = self.through(0, 0.0001)
-        begin = time.monotonic()
-        done = self.vergence("fetch", "session/frame.bin", self.path_of("changed"),
-                             where=f"serial:{line.name}")
-        # About fourteen answers are damaged; waiting for each would take three seconds.
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-        self.assertLess(time.monotonic() - begin, 15)
 
     def test_a_serial_line_that_breaks(self):
         line = self.through(0, 0)

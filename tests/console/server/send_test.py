@@ -12,7 +12,7 @@ import unittest
 import zlib
 
 from bad_line import BadLine
-from daemon_process import TIMEOUT_S, DaemonTest, Terminal
+from daemon_process import TIMEOUT_S, ConsoleTest
 from waiting import wait_until
 
 SEED = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
@@ -30,14 +30,10 @@ def block_of(name, content, offset, data):
             f"block-crc={crc_of(data)} data={base64.b64encode(data).decode()}")
 
 
-class Send(DaemonTest):
+class Send(ConsoleTest):
     @classmethod
     def setUpClass(cls):
-        cls.console = Terminal()
-        cls.addClassCleanup(cls.console.close)
-        cls.settings = (f"console={cls.console.name}",)
         super().setUpClass()
-        cls.console.wait_prompt()
         cls.chance = random.Random(SEED)
 
     def content(self, size):
@@ -173,17 +169,6 @@ class Send(DaemonTest):
         client.ask_json(f"send new 1000 {crc_of(data)}")
         self.assertEqual([os.path.basename(name)[:5] for name in self.parts()], [".new."])
         self.sent(path, "new")
-
-    def test_a_serial_line_that_loses_bytes(self):
-        line = BadLine(self.console, SEED, 0.00003, 0.00003)
-        self.addCleanup(line.close)
-        data, path = self.content(15000)
-        for _ in range(20):
-            done = self.vergence("send", path, "serial", where=f"serial:{line.name}")
-            if done.returncode == 0:
-                break
-            self.assertEqual(done.returncode, 3, done.stderr)
-        self.assertEqual((self.there("serial"), self.parts()), (data, []))
 
     def test_answers_that_come_late_over_a_serial_line(self):
         line = BadLine(self.console, SEED, 0, 0)

@@ -172,15 +172,6 @@ class NoSocket(unittest.TestCase):
             self.assertIn(f"store = {store} is inside files = {path}", output_text)
             self.assertFalse(os.path.exists(path))
 
-    def test_a_path_too_long(self):
-        path = os.path.join(self.folder, 150 * "x")
-        self.assertRegex(self.refused(f"socket={path}"), "^vergenced: socket: too long .*103.*\n$")
-
-    def test_a_path_as_long_as_can_be(self):
-        path = os.path.join(self.folder, "none", "").ljust(103, "x")
-        self.assertEqual(self.refused(f"socket={path}"),
-                         f"vergenced: socket = {path}: No such file or directory\n")
-
     def test_a_console_that_is_not_a_terminal(self):
         for path, why in (("/no/such", "No such file or directory"),
                           ("/dev/null", "not a serial line")):

@@ -8,17 +8,14 @@ import subprocess
 import threading
 import unittest
 
-from daemon_process import DaemonTest, Terminal
+from daemon_process import ConsoleTest
 
 
-class Console(DaemonTest):
+class Console(ConsoleTest):
     @classmethod
     def setUpClass(cls):
-        cls.terminal = Terminal()
-        cls.addClassCleanup(cls.terminal.close)
-        cls.settings = (f"console={cls.terminal.name}",)
         super().setUpClass()
-        cls.terminal.wait_prompt()
+        cls.terminal = cls.console
 
     def setUp(self):
         while self.terminal.read(0):

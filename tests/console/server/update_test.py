@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 from daemon_process import Client
-from fake_devices import DeviceTest, preloaded
+from fake_devices import DeviceTest
 from tftp_server import TftpServer
 from waiting import wait_until
 
