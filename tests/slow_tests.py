@@ -19,12 +19,15 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 # Name, as a regular expression of ctest -R: what it guards; whole folders, or files.
 GUARDS = {
+    "board/power_cut_test": ("daemon/backends/store", "daemon/system", "firmware/system",
+                             "tests/board/power_cut_test.py"),
     "command/core_symbols_test": ("firmware",),
     "command/demo_test": ("tools/demo", "tools/demo.d", "tools/simrig", "tests/command/repository/demo_test.py"),
     "command/install_test": ("daemon/install", "tools/install", "CMakeLists.txt",
                              "daemon/CMakeLists.txt", "tools/CMakeLists.txt"),
     "command/portable_test": ("firmware", "tests/portable"),
     "command/signals_test": ("tools/host", "tools/main_vergence.cpp"),
+    "console/capture_whole_test": ("calib/detect", "tests/console/capture_test.py", "tools/host/capture"),
     "console/help_examples_test": ("daemon", "tools"),
     "console/noise_whole_test": ("daemon",),
     "hdl/symbols_test_[1-9]": ("fpga/rtl", "tests/hdl"),

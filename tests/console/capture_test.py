@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`vergence calibrate capture` on the simulated rig: what it says of boards, lenses and light, how it is
-interrupted and continues, and that a setting shows the same corners as in the kept capture."""
+interrupted and continues. With VERGENCE_CAPTURE=whole (tests/slow_tests.py) also what takes processor
+minutes: noise of still frames, autofocus, and the same corners as in the kept capture."""
 import importlib.machinery
 import importlib.util
 import os
@@ -16,6 +17,7 @@ import numpy
 from daemon_process import SIMRIG, VERGENCED, DaemonTest
 from waiting import TIMEOUT_S
 
+slow = unittest.skipUnless(os.environ.get("VERGENCE_CAPTURE") == "whole", "slow: capture_whole_test")
 KEPT = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "data" / "zoom_capture"
 # The first place in the kept capture. Another part of the sensor would be shown another one.
 FIRST = "position 1 of 12: 1241 mm away, 57 mm left, 0 mm down, turned 12 -14 -8 deg"
@@ -130,6 +132,7 @@ class CaptureTest(DaemonTest):
         return command.returncode, shown, said
 
 
+@slow
 class Fresh(CaptureTest):
     window = "1400 560"
 
@@ -249,6 +252,7 @@ class Board(OnePosition):
         self.assertEqual(self.vergence("window", *self.window.split()).returncode, 0)
         self.assertIn("window: 2048 x 1536 px, the whole sensor (it was 320 x 256)", shown)
 
+    @slow
     def test_a_board_that_becomes_too_bright_is_exposed_again(self):
         with tempfile.TemporaryDirectory() as work:
             words = [word for word in self.words if word != "--no-noise"]
@@ -276,6 +280,7 @@ class Board(OnePosition):
             self.assertIn(" corners (captures 2", shown)
 
 
+@slow
 class Autofocus(OnePosition):
     # The lens's own scale is wrong by 50 counts, 1.4 px of blur.
     settings = ("rig.lens_focus_min=380 counts", "rig.lens_focus_max=560 counts")
@@ -296,6 +301,7 @@ class Autofocus(OnePosition):
             self.assertEqual(code, 0, said)
 
 
+@slow
 class WrongLens(OnePosition):
     settings = ("rig.focal_length_tele=40 mm",)
 

@@ -233,6 +233,13 @@ class BadInput(Fixture):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("same moment", self.note(done, "right05.png"))
 
+    def test_mixed_resolutions(self):
+        self.good()
+        self.corrupt("right02.png", cv2.resize(self.made[1][1], (320, 240)))
+        done = self.run_on()
+        self.assert_good(done, 9)
+        self.assertIn("320x240 pixels", self.note(done, "right02.png"))
+
     def test_three_pictures_in_all(self):
         boards.write(self.pictures, [self.made[0], (self.made[1][0], None)])
         self.assert_refused(self.run_on(), 3, "fifteen positions")

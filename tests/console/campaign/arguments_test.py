@@ -14,13 +14,13 @@ from argument_lines import Commands
 from daemon_process import TIMEOUT_S, DaemonTest
 from fake_devices import DeviceTest
 
-RUNS = int(os.environ.get("VERGENCE_RUNS", "500"))
+RUNS = int(os.environ.get("VERGENCE_RUNS", "300"))
 SEED = int(os.environ.get("VERGENCE_SEED", "20261128"))
 SESSION = os.path.join(os.path.dirname(__file__), os.pardir, os.pardir, "sessions",
                        "small")
 # A command that lasts longer is cancelled, as by Ctrl-C. In a campaign some may last.
 PATIENCE_S, MUCH_PATIENCE_S = 0.4, 30
-MUCH_PATIENCE = 0.05 if RUNS > 500 else 0
+MUCH_PATIENCE = 0.05 if RUNS > 300 else 0
 
 
 class Arguments:
