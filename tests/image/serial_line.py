@@ -15,10 +15,10 @@ MACHINE = ("qemu-system-arm", "-M", "virt,highmem=off", "-cpu", "cortex-a7", "-m
 class SerialLine:
     """The board in QEMU, at U-Boot's prompt. U-Boot finds the files of `folder` by TFTP."""
 
-    def __init__(self, folder, *words):
+    def __init__(self, folder):
         self.text, self.seen = "", 0
         self.process = subprocess.Popen(
-            [*MACHINE, f"user,id=net,net=192.0.2.0/24,tftp={folder}", *words], stdin=subprocess.PIPE,
+            [*MACHINE, f"user,id=net,net=192.0.2.0/24,tftp={folder}"], stdin=subprocess.PIPE,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self.wait("Hit any key")
         self.type(" ")

@@ -38,6 +38,15 @@ class Selection(unittest.TestCase):
         few, many = self.chosen("tools/host/info/info.cpp"), self.chosen("firmware/core/crc.c")
         self.assertGreater(len(many), 5 * len(few))
 
+    def test_the_longest_are_left_where_all_would_take_more_than_minutes(self):
+        found = {f"console/t{i}": "firmware/core/crc.c" for i in range(12)}
+        found |= {"console/own": "tests/console/own.py", "console/new": "firmware/core/crc.c"}
+        known = {f"console/t{i}": 10 * i for i in range(12)} | {"console/own": 900}
+        longer = [f"console/t{i}" for i in (10, 11, 7, 8, 9)]  # than a minute each
+        self.assertEqual(select_tests.left_out(found, known), longer)
+        known |= {"console/t0": 60, "console/t1": 60, "console/t2": 60}
+        self.assertEqual(set(select_tests.left_out(found, known)) - set(longer), {"console/t6"})
+
     def test_the_words_are_of_folders_that_exist(self):
         for folder in select_tests.WORDS:
             self.assertTrue((SOURCE / folder).is_dir(), folder)
