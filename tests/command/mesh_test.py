@@ -72,10 +72,11 @@ class Mesh(pairs.Fixture):
             a, b, c = corner_points[triangle]
             normal = numpy.cross(b - a, c - a)
             normal /= numpy.linalg.norm(normal) or 1
-            mask = numpy.zeros((pairs.HEIGHT, pairs.WIDTH), numpy.uint8)
-            cv2.fillConvexPoly(mask, corner_pixels[triangle].astype(numpy.int32), 1)
+            low = corner_pixels[triangle].min(axis=0)
+            mask = numpy.zeros(numpy.ptp(corner_pixels[triangle], axis=0)[::-1] + 1, numpy.uint8)
+            cv2.fillConvexPoly(mask, (corner_pixels[triangle] - low).astype(numpy.int32), 1)
             for y, x in zip(*numpy.nonzero(mask)):
-                i = number.get((x, y))
+                i = number.get((x + low[0], y + low[1]))
                 if i is not None:
                     best[i] = min(best[i], abs(normal @ (points[i] - a)))
         return numpy.quantile(best[numpy.isfinite(best)], 0.99)
