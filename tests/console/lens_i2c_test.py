@@ -66,25 +66,6 @@ class Arducam(DaemonTest):
                                ("zoom 5000 side=right", "ERR NOT_CONNECTED .*right")):
             self.assertRegex(self.first.ask(command)[-1], words)
 
-    def test_a_cancelled_move_rests(self):
-        self.asked("zoom 4000")
-        self.first.send("zoom 19000\n")
-        self.wait_running("zoom")
-        self.first.send("\x03")
-        self.assertRegex(self.first.answer()[-1], "^ERR CANCELLED")
-        self.assertIn("lens_moves: false", self.control("status").split("right:")[0])
-        # It cannot be stopped, and has ended its leg; then it moves again.
-        self.assertEqual(self.asked("zoom 4000")["left"]["position"], 4000)
-
-    def test_a_bus_that_fails(self):
-        self.asked("zoom 4000")
-        self.control("fault bus sda")
-        self.addCleanup(self.control, "fault bus ok")
-        self.assertRegex(self.first.ask("zoom 9000")[-1], "^ERR ")
-        self.control("fault bus ok")
-        self.asked("bringup")
-        self.assertEqual(self.asked("zoom 9000")["left"]["position"], 9000)
-
 
 class AnotherAddress(Arducam):
     overrides = ("rig.lens_address=0x0d",)
@@ -92,7 +73,7 @@ class AnotherAddress(Arducam):
     def setUp(self):
         self.first = self.client()
 
-    test_moves = test_a_cancelled_move_rests = test_a_bus_that_fails = None
+    test_moves = None
 
     def test_a_controller_that_is_missing(self):
         self.assertRegex(self.first.ask("bringup")[-1], "^ERR I2C_NACK left lens: .*I2C cable")
