@@ -21,7 +21,7 @@ ambient: [300, 300, 300]
 floor_ambient: [300, 300, 300]
 bounce_lux: 0
 materials:
-  - print: {kind: board, colours: [[0.8, 0.8, 0.8], [0.05, 0.05, 0.05]],
+  - print: {kind: board, contrast: 0, colours: [[0.8, 0.8, 0.8], [0.05, 0.05, 0.05]],
       board: {columns: 9, rows: 7, square_mm: 40}}
 objects:
   - sheet: {name: board, material: print, position_mm: [0, 0, 0], size_mm: [1200, 900]}
