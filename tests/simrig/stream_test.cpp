@@ -72,10 +72,10 @@ void set_thinning(Bench &bench, uint8_t address, unsigned skip, unsigned bin) {
 // Blanking as stated next to the datasheet's table in the sensor's timing model; the last ones were
 // measured on a camera with this sensor.
 TEST_CASE("rows and frames take the time that the sensor's table says") {
-    constexpr Row kRows[] = {
-        {2048, 1536, 142, 25, 1, 12}, {640, 480, 21, 25, 1, 93},  {320, 240, 142, 25, 1, 217},
-        {100, 100, 142, 25, 1, 623},  {320, 240, 21, 3, 1, 277},  {128, 128, 21, 3, 1, 702},
-        {100, 100, 21, 3, 1, 903},    {2048, 1536, 21, 3, 2, 35.65}};
+    constexpr Row kRows[] = {{2048, 1536, 142, 25, 1, 12}, {640, 480, 21, 25, 1, 93},
+                             {320, 240, 142, 25, 1, 217},  {100, 100, 142, 25, 1, 623},
+                             {320, 240, 21, 3, 1, 277},    {128, 128, 21, 3, 1, 702},
+                             {100, 100, 21, 3, 1, 903},    {2048, 1536, 21, 3, 2, 35.65}};
     for (const Row &row : kRows) {
         const Measured measured = measure(row);
         CAPTURE(row.columns);
