@@ -147,19 +147,6 @@ int fpga_bridge_read_block(struct fpga_bridge *self, uint8_t index, size_t count
     return read_words(self, index, count, values);
 }
 
-int fpga_bridge_read_pair(struct fpga_bridge *self, uint8_t index, uint32_t *value) {
-    if (!has_flag(fpga_bridge_register(index), BRIDGE_PAIR_HIGH)) {
-        return ERROR_ARGUMENT;
-    }
-    INVARIANT(has_flag(fpga_bridge_register((uint8_t)(index + 1)), BRIDGE_PAIR_LOW));
-    uint16_t words[2];
-    const int error = read_words(self, index, 2, words);
-    if (error == ERROR_OK) {
-        *value = (uint32_t)words[0] << 16 | words[1];
-    }
-    return error;
-}
-
 int fpga_bridge_write(struct fpga_bridge *self, uint8_t index, uint16_t value) {
     const struct bridge_register *row = fpga_bridge_register(index);
     if (!has_flag(row, BRIDGE_WRITE) || row->stored_mask == 0) {
@@ -224,13 +211,6 @@ int fpga_bridge_clear(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
         }
     }
     return write_once(self, index, (uint16_t)((old & row->stored_mask) | bits));
-}
-
-int fpga_bridge_clear_count(struct fpga_bridge *self, uint8_t index) {
-    const struct bridge_register *row = fpga_bridge_register(index);
-    const bool counter = has_flag(row, BRIDGE_WRITE) && has_flag(row, BRIDGE_VOLATILE) &&
-                         row->stored_mask == 0 && row->clear_mask == 0 && row->pulse_mask == 0;
-    return counter ? write_once(self, index, 0) : ERROR_ARGUMENT;
 }
 
 int fpga_bridge_start(struct fpga_bridge *self, uint8_t index, uint16_t bits) {

@@ -69,9 +69,6 @@ int fpga_bridge_read(struct fpga_bridge *self, uint8_t index, uint16_t *value);
 /// read 0.
 int fpga_bridge_read_block(struct fpga_bridge *self, uint8_t index, size_t count, uint16_t *values);
 
-/// Reads a 32-bit value that is latched; `index` is that of the high word.
-int fpga_bridge_read_pair(struct fpga_bridge *self, uint8_t index, uint32_t *value);
-
 /// Writes the stored bits of a register; bits that clear or start something are not set.
 /// ERROR_REFUSED: rejected by the bridge, because it is locked or the code is not defined.
 int fpga_bridge_write(struct fpga_bridge *self, uint8_t index, uint16_t value);
@@ -89,9 +86,6 @@ int fpga_bridge_write_field(struct fpga_bridge *self, struct fpga_bridge_field f
 /// not change. Not repeated if the bridge may have accepted it, as a new event would be lost: after
 /// an error the bits may or may not be cleared.
 int fpga_bridge_clear(struct fpga_bridge *self, uint8_t index, uint16_t bits);
-
-/// Clears a counter that any write clears. Errors as fpga_bridge_clear.
-int fpga_bridge_clear_count(struct fpga_bridge *self, uint8_t index);
 
 /// Writes ones that start an action. Never sent twice: after an error it may or may not have
 /// started.

@@ -61,23 +61,6 @@ int fpga_bridge_camera_select(struct fpga_bridge *self, uint16_t source) {
                               (uint16_t)(source << BRIDGE_CAM_SELECT_SOURCE_SHIFT));
 }
 
-int fpga_bridge_camera_alternate(struct fpga_bridge *self, uint16_t frames_each) {
-    const int error =
-        fpga_bridge_need(self, BRIDGE_CAPS_ALTERNATING_MASK | BRIDGE_CAPS_CAMERA1_MASK);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    if (frames_each < 1 ||
-        frames_each > BRIDGE_CAM_SELECT_FRAMES_EACH_MASK >> BRIDGE_CAM_SELECT_FRAMES_EACH_SHIFT) {
-        return ERROR_RANGE;
-    }
-    const unsigned value = BRIDGE_CAM_SELECT_ALTERNATING_MASK |
-                           (unsigned)frames_each << BRIDGE_CAM_SELECT_FRAMES_EACH_SHIFT |
-                           (unsigned)BRIDGE_CAM_SELECT_SOURCE_IS_LEFT
-                               << BRIDGE_CAM_SELECT_SOURCE_SHIFT;
-    return fpga_bridge_write(self, BRIDGE_CAM_SELECT, (uint16_t)value);
-}
-
 int fpga_bridge_camera_source(struct fpga_bridge *self, struct fpga_bridge_source *out) {
     uint16_t word = 0;
     const int error = fpga_bridge_read(self, BRIDGE_CAM_STATE, &word);
@@ -127,21 +110,4 @@ int fpga_bridge_camera_pattern(struct fpga_bridge *self,
         error = fpga_bridge_write(self, words[i].index, words[i].value);
     }
     return error;
-}
-
-int fpga_bridge_camera_skew(struct fpga_bridge *self, int16_t *skew_us) {
-    uint16_t word = 0;
-    const int error = fpga_bridge_read(self, BRIDGE_SKEW_US, &word);
-    if (error == ERROR_OK) {
-        *skew_us = (int16_t)(word < 0x8000 ? word : word - 0x10000);
-    }
-    return error;
-}
-
-int fpga_bridge_camera_time(struct fpga_bridge *self, uint32_t *time_us) {
-    return fpga_bridge_read_pair(self, BRIDGE_TIME_HIGH, time_us);
-}
-
-int fpga_bridge_camera_frame_time(struct fpga_bridge *self, uint32_t *time_us) {
-    return fpga_bridge_read_pair(self, BRIDGE_FRAME_TIME_HIGH, time_us);
 }

@@ -55,9 +55,6 @@ int fpga_bridge_camera_read(struct fpga_bridge *self, unsigned camera,
 /// Requests a source (BRIDGE_CAM_SELECT_SOURCE_IS_*) and ends alternating.
 int fpga_bridge_camera_select(struct fpga_bridge *self, uint16_t source);
 
-/// Alternates left and right, with `frames_each` (1 .. 127) frames of each.
-int fpga_bridge_camera_alternate(struct fpga_bridge *self, uint16_t frames_each);
-
 /// Reads the state of the switch.
 int fpga_bridge_camera_source(struct fpga_bridge *self, struct fpga_bridge_source *out);
 
@@ -77,14 +74,6 @@ int fpga_bridge_camera_expect(struct fpga_bridge *self, uint16_t width_pixels,
 
 /// Sets the pattern generator.
 int fpga_bridge_camera_pattern(struct fpga_bridge *self, const struct fpga_bridge_pattern *pattern);
-
-/// Start of the right camera's frame minus that of the left, in us; saturates.
-int fpga_bridge_camera_skew(struct fpga_bridge *self, int16_t *skew_us);
-
-/// The bridge's present time, and the start time of the last frame sent to the PPI; us since reset,
-/// wrapping after 71 minutes.
-int fpga_bridge_camera_time(struct fpga_bridge *self, uint32_t *time_us);
-int fpga_bridge_camera_frame_time(struct fpga_bridge *self, uint32_t *time_us);
 
 #ifdef __cplusplus
 }

@@ -28,30 +28,3 @@ int fpga_bridge_event_test(struct fpga_bridge *self, uint16_t events) {
 int fpga_bridge_event_status(struct fpga_bridge *self, uint16_t *status) {
     return fpga_bridge_read(self, BRIDGE_STATUS, status);
 }
-
-int fpga_bridge_event_counts_read(struct fpga_bridge *self, struct fpga_bridge_event_counts *out) {
-    enum { WORDS = BRIDGE_SPIKES - BRIDGE_I2C_TIMEOUTS + 1 };
-    _Static_assert((int)WORDS <= (int)FPGA_BRIDGE_BLOCK_WORDS, "one transfer");
-    INVARIANT(out != NULL);
-    uint16_t words[WORDS];
-    const int error = fpga_bridge_read_block(self, BRIDGE_I2C_TIMEOUTS, WORDS, words);
-    if (error == ERROR_OK) {
-        *out = (struct fpga_bridge_event_counts){
-            .timeouts = words[0],
-            .protocol_errors = words[BRIDGE_I2C_PROTOCOL_ERRORS - BRIDGE_I2C_TIMEOUTS],
-            .branch_errors = words[BRIDGE_BRANCH_ERRORS - BRIDGE_I2C_TIMEOUTS],
-            .spikes = words[BRIDGE_SPIKES - BRIDGE_I2C_TIMEOUTS],
-        };
-    }
-    return error;
-}
-
-int fpga_bridge_event_counts_clear(struct fpga_bridge *self) {
-    static const uint8_t counters[] = {BRIDGE_I2C_TIMEOUTS, BRIDGE_I2C_PROTOCOL_ERRORS,
-                                       BRIDGE_BRANCH_ERRORS, BRIDGE_SPIKES};
-    int error = ERROR_OK;
-    for (size_t i = 0; error == ERROR_OK && i < sizeof counters; i++) {
-        error = fpga_bridge_clear_count(self, counters[i]);
-    }
-    return error;
-}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bridge's interrupt, and its I2C error counters. Errors: see fpga_bridge.h.
+/// The bridge's interrupt. Errors: see fpga_bridge.h.
 #ifndef VERGENCE_DEVICE_FPGA_BRIDGE_EVENT_H
 #define VERGENCE_DEVICE_FPGA_BRIDGE_EVENT_H
 
@@ -8,14 +8,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// I2C errors counted by the bridge; saturate at 8 bits.
-struct fpga_bridge_event_counts {
-    uint16_t timeouts;
-    uint16_t protocol_errors;  ///< START or STOP inside a byte or word
-    uint16_t branch_errors;
-    uint16_t spikes;  ///< removed by the filters
-};
 
 /// Selects the events (BRIDGE_IRQ_STATUS_*_MASK) that raise the interrupt line.
 int fpga_bridge_event_enable(struct fpga_bridge *self, uint16_t events);
@@ -31,12 +23,6 @@ int fpga_bridge_event_test(struct fpga_bridge *self, uint16_t events);
 
 /// Reads the live status: BRIDGE_STATUS_*_MASK.
 int fpga_bridge_event_status(struct fpga_bridge *self, uint16_t *status);
-
-/// Reads the counters in one transfer.
-int fpga_bridge_event_counts_read(struct fpga_bridge *self, struct fpga_bridge_event_counts *out);
-
-/// Resets the counters to 0 (four transfers).
-int fpga_bridge_event_counts_clear(struct fpga_bridge *self);
 
 #ifdef __cplusplus
 }

@@ -19,28 +19,6 @@ int fpga_bridge_sensor_drive(struct fpga_bridge *self,
     return fpga_bridge_write(self, BRIDGE_SENSOR, (uint16_t)word);
 }
 
-int fpga_bridge_sensor_trigger_set(struct fpga_bridge *self, uint16_t delay_us, uint16_t width_us) {
-    int error = fpga_bridge_need(self, BRIDGE_CAPS_TRIGGER_MASK);
-    if (error == ERROR_OK) {
-        error = fpga_bridge_write(self, BRIDGE_TRIGGER_DELAY_US, delay_us);
-    }
-    return error == ERROR_OK ? fpga_bridge_write(self, BRIDGE_TRIGGER_WIDTH_US, width_us) : error;
-}
-
-int fpga_bridge_sensor_trigger(struct fpga_bridge *self, uint16_t cameras) {
-    const int error = fpga_bridge_need(self, BRIDGE_CAPS_TRIGGER_MASK);
-    return error == ERROR_OK ? fpga_bridge_start(self, BRIDGE_TRIGGER_CTRL, cameras) : error;
-}
-
-int fpga_bridge_sensor_trigger_busy(struct fpga_bridge *self, bool *busy) {
-    uint16_t value = 0;
-    const int error = fpga_bridge_read_field(self, FPGA_BRIDGE_FIELD(TRIGGER_CTRL, BUSY), &value);
-    if (error == ERROR_OK) {
-        *busy = value != 0;
-    }
-    return error;
-}
-
 int fpga_bridge_sensor_route(struct fpga_bridge *self, bool enabled, uint16_t bypass) {
     const int error = fpga_bridge_need(self, BRIDGE_CAPS_ROUTER_MASK);
     if (error != ERROR_OK) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bridge's lines to the two sensors: control lines, trigger, and the I2C branches. Errors: see
+/// The bridge's lines to the two sensors: control lines and the I2C branches. Errors: see
 /// fpga_bridge.h; ERROR_UNSUPPORTED: not in this bitstream.
 #ifndef VERGENCE_DEVICE_FPGA_BRIDGE_SENSOR_H
 #define VERGENCE_DEVICE_FPGA_BRIDGE_SENSOR_H
@@ -27,12 +27,6 @@ struct fpga_bridge_sensor_bus {
 /// Sets the sensors' lines. ERROR_RANGE: a value above 3.
 int fpga_bridge_sensor_drive(struct fpga_bridge *self,
                              const struct fpga_bridge_sensor_lines *lines);
-
-/// Starts a pulse on the cameras' trigger line (bit 0 left, bit 1 right) after a delay; ignored
-/// during a pulse. Set delay and width before.
-int fpga_bridge_sensor_trigger_set(struct fpga_bridge *self, uint16_t delay_us, uint16_t width_us);
-int fpga_bridge_sensor_trigger(struct fpga_bridge *self, uint16_t cameras);
-int fpga_bridge_sensor_trigger_busy(struct fpga_bridge *self, bool *busy);
 
 /// Routes 0x5C, 0x5D and 0x5E to the sensors, or not, and sets the bypass for bring-up
 /// (BRIDGE_BRANCH_CTRL_BYPASS_IS_*), which also requires `enabled`.

@@ -83,10 +83,6 @@ int fpga_bridge_servo_enable(struct fpga_bridge *self, unsigned servo, bool enab
                                    enabled);
 }
 
-int fpga_bridge_servo_period(struct fpga_bridge *self, uint16_t period_us) {
-    return fpga_bridge_write_unlocked(self, BRIDGE_SERVO_PERIOD_US, period_us);
-}
-
 int fpga_bridge_watchdog_set(struct fpga_bridge *self, uint16_t period_ms, uint16_t action) {
     const int error = fpga_bridge_write_field(self, FPGA_BRIDGE_FIELD(WDG, ACTION), action);
     if (error != ERROR_OK) {
@@ -94,19 +90,6 @@ int fpga_bridge_watchdog_set(struct fpga_bridge *self, uint16_t period_ms, uint1
     }
     return period_ms == 0 ? fpga_bridge_write_unlocked(self, BRIDGE_WDG_MS, period_ms)
                           : fpga_bridge_write(self, BRIDGE_WDG_MS, period_ms);
-}
-
-int fpga_bridge_watchdog_fired(struct fpga_bridge *self, bool *fired) {
-    uint16_t value = 0;
-    const int error = fpga_bridge_read_field(self, FPGA_BRIDGE_FIELD(WDG, FIRED), &value);
-    if (error == ERROR_OK) {
-        *fired = value != 0;
-    }
-    return error;
-}
-
-int fpga_bridge_watchdog_clear(struct fpga_bridge *self) {
-    return fpga_bridge_clear(self, BRIDGE_WDG, BRIDGE_WDG_FIRED_MASK);
 }
 
 int fpga_bridge_watchdog_feed(struct fpga_bridge *self) {

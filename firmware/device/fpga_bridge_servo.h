@@ -42,19 +42,10 @@ int fpga_bridge_servo_limits(struct fpga_bridge *self, unsigned servo, uint16_t 
 /// Starts pulses at the next servo frame, or stops them after the present pulse (two transfers).
 int fpga_bridge_servo_enable(struct fpga_bridge *self, unsigned servo, bool enabled);
 
-/// Sets the time between the starts of two pulses, in us. Unlocks and locks.
-int fpga_bridge_servo_period(struct fpga_bridge *self, uint16_t period_us);
-
 /// Sets the longest time without a register write (reads do not count) once a servo has been
 /// enabled, and the action after it (BRIDGE_WDG_ACTION_IS_*). Period 0 turns it off: unlocks and
 /// locks.
 int fpga_bridge_watchdog_set(struct fpga_bridge *self, uint16_t period_ms, uint16_t action);
-
-/// Whether the watchdog has fired.
-int fpga_bridge_watchdog_fired(struct fpga_bridge *self, bool *fired);
-
-/// Releases the servos after the watchdog has fired.
-int fpga_bridge_watchdog_clear(struct fpga_bridge *self);
 
 /// Feeds the bridge's watchdog by a write that changes nothing (one transfer), and checks that
 /// SCRATCH still holds the mark written by the first call. ERROR_RESTARTED: it does not, because

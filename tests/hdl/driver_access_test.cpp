@@ -97,14 +97,10 @@ TEST_CASE("every index: what its register cannot do is refused unsent") {
         const bridge_register *row = fpga_bridge_register(index);
         const unsigned flags = row == nullptr ? 0 : row->flags;
         uint16_t words[FPGA_BRIDGE_BLOCK_WORDS] = {};
-        uint32_t pair = 0;
         fpga_bridge *driver = &rig.driver;
         if ((flags & BRIDGE_READ) == 0) {
             CHECK(fpga_bridge_read(driver, index, words) == ERROR_ARGUMENT);
             CHECK(fpga_bridge_touch(driver, index, words) == ERROR_ARGUMENT);
-        }
-        if ((flags & BRIDGE_PAIR_HIGH) == 0) {
-            CHECK(fpga_bridge_read_pair(driver, index, &pair) == ERROR_ARGUMENT);
         }
         if ((flags & BRIDGE_WRITE) == 0 || row->stored_mask == 0) {
             CHECK(fpga_bridge_write(driver, index, 0) == ERROR_ARGUMENT);
@@ -119,9 +115,6 @@ TEST_CASE("every index: what its register cannot do is refused unsent") {
             CHECK(fpga_bridge_start(driver, index, 0) == ERROR_ARGUMENT);
         } else {
             CHECK(fpga_bridge_start(driver, index, uint16_t(~row->pulse_mask)) == ERROR_RANGE);
-        }
-        if (index < BRIDGE_I2C_TIMEOUTS || index > BRIDGE_SPIKES) {
-            CHECK(fpga_bridge_clear_count(driver, index) == ERROR_ARGUMENT);
         }
         CHECK(fpga_bridge_read_block(driver, index, 0, words) == ERROR_ARGUMENT);
         CHECK(fpga_bridge_read_block(driver, index, 9, words) == ERROR_ARGUMENT);
@@ -146,31 +139,23 @@ TEST_CASE("arguments of the typed functions are refused unsent") {
     CHECK(fpga_bridge_servo_enable(driver, ~0u, true) == ERROR_ARGUMENT);
     CHECK(fpga_bridge_camera_read(driver, 2, &camera) == ERROR_ARGUMENT);
     CHECK(fpga_bridge_camera_select(driver, 4) == ERROR_RANGE);
-    CHECK(fpga_bridge_camera_alternate(driver, 0) == ERROR_RANGE);
-    CHECK(fpga_bridge_camera_alternate(driver, 128) == ERROR_RANGE);
     CHECK(fpga_bridge_camera_switch_limit(driver, 0) == ERROR_RANGE);
     CHECK(fpga_bridge_camera_switch_limit(driver, 256) == ERROR_RANGE);
     CHECK(fpga_bridge_camera_ppi_mode(driver, 2) == ERROR_RANGE);
     CHECK(fpga_bridge_camera_expect(driver, 4096, 0) == ERROR_RANGE);
     CHECK(fpga_bridge_sensor_drive(driver, &lines) == ERROR_RANGE);
-    CHECK(fpga_bridge_sensor_trigger_set(driver, 4, 0) == ERROR_RANGE);
-    CHECK(fpga_bridge_sensor_trigger(driver, 4) == ERROR_RANGE);
     CHECK(fpga_bridge_sensor_route(driver, true, 4) == ERROR_RANGE);
     CHECK(fpga_bridge_sensor_bus_clear(driver, 4) == ERROR_RANGE);
     CHECK(fpga_bridge_event_enable(driver, 0x100) == ERROR_RANGE);
     CHECK(fpga_bridge_watchdog_set(driver, 1000, 4) == ERROR_RANGE);
-    // Only the delay before the wrong width was written.
-    CHECK(rig.counted() == "transfers 1");
+    CHECK(rig.counted() == "");
     driver->caps = 0;
     const fpga_bridge_pattern pattern = {64, 48, 16, 2, 0, 1};
     CHECK(fpga_bridge_camera_select(driver, 1) == ERROR_UNSUPPORTED);
     CHECK(fpga_bridge_camera_select(driver, 2) == ERROR_UNSUPPORTED);
-    CHECK(fpga_bridge_camera_alternate(driver, 1) == ERROR_UNSUPPORTED);
     CHECK(fpga_bridge_camera_pattern(driver, &pattern) == ERROR_UNSUPPORTED);
     CHECK(fpga_bridge_camera_ppi_mode(driver, 0x100) == ERROR_UNSUPPORTED);
     CHECK(fpga_bridge_camera_read(driver, 1, &camera) == ERROR_UNSUPPORTED);
-    CHECK(fpga_bridge_sensor_trigger(driver, 1) == ERROR_UNSUPPORTED);
-    CHECK(fpga_bridge_sensor_trigger_set(driver, 1, 1) == ERROR_UNSUPPORTED);
     CHECK(fpga_bridge_sensor_route(driver, true, 0) == ERROR_UNSUPPORTED);
     CHECK(fpga_bridge_sensor_bus_clear(driver, 1) == ERROR_UNSUPPORTED);
     CHECK(rig.counted() == "");
@@ -184,7 +169,7 @@ TEST_CASE("servos and watchdog") {
     CHECK(fpga_bridge_servo_slew(driver, 0, 2047) == ERROR_OK);
     CHECK(fpga_bridge_servo_safe(driver, 0, 23040) == ERROR_OK);
     CHECK(fpga_bridge_servo_aim(driver, 0, 24800) == ERROR_OK);
-    CHECK(fpga_bridge_servo_period(driver, 15000) == ERROR_OK);
+    CHECK(fpga_bridge_write_unlocked(driver, BRIDGE_SERVO_PERIOD_US, 15000) == ERROR_OK);
     CHECK(fpga_bridge_watchdog_set(driver, 200, BRIDGE_WDG_ACTION_IS_OFF) == ERROR_OK);
     const size_t pulses = pulses_during(
         rig, 0, [&] { CHECK(fpga_bridge_servo_enable(driver, 0, true) == ERROR_OK); });
@@ -199,20 +184,15 @@ TEST_CASE("servos and watchdog") {
     CHECK(servo.slew_q4 == 2047);
     CHECK(servo.pulses >= 3);
     CHECK(pulses_during(rig, 1, [] {}) == 0);
-    bool fired = true;
     CHECK(fpga_bridge_watchdog_feed(driver) == ERROR_OK);
     rig.bus.wait(150 * kMs);
     CHECK(fpga_bridge_watchdog_feed(driver) == ERROR_OK);
     rig.bus.wait(150 * kMs);
-    CHECK(fpga_bridge_watchdog_fired(driver, &fired) == ERROR_OK);
-    CHECK_FALSE(fired);
+    CHECK((*rig.world.peek(BRIDGE_WDG) & BRIDGE_WDG_FIRED_MASK) == 0);
     rig.bus.wait(150 * kMs);
-    CHECK(fpga_bridge_watchdog_fired(driver, &fired) == ERROR_OK);
-    CHECK(fired);
+    CHECK((*rig.world.peek(BRIDGE_WDG) & BRIDGE_WDG_FIRED_MASK) != 0);
     CHECK(pulses_during(rig, 0, [] {}) == 0);
-    CHECK(fpga_bridge_watchdog_clear(driver) == ERROR_OK);
-    CHECK(fpga_bridge_watchdog_fired(driver, &fired) == ERROR_OK);
-    CHECK_FALSE(fired);
+    CHECK(fpga_bridge_clear(driver, BRIDGE_WDG, BRIDGE_WDG_FIRED_MASK) == ERROR_OK);
     CHECK(rig.world.peek(BRIDGE_WDG) == BRIDGE_WDG_ACTION_IS_OFF);
     CHECK(fpga_bridge_watchdog_set(driver, 0, BRIDGE_WDG_ACTION_IS_HOLD) == ERROR_OK);
     CHECK(rig.world.peek(BRIDGE_WDG_MS) == 0);
@@ -220,7 +200,7 @@ TEST_CASE("servos and watchdog") {
     CHECK(rig.world.bridge.servos().faults().empty());
 }
 
-TEST_CASE("cameras, pattern and time") {
+TEST_CASE("cameras and pattern") {
     hdl::DriverRig rig;
     fpga_bridge *driver = &rig.driver;
     const fpga_bridge_pattern pattern = {64, 48, 16, 2, BRIDGE_PATTERN_KIND_IS_PRBS, 0x155};
@@ -228,33 +208,22 @@ TEST_CASE("cameras, pattern and time") {
     CHECK(fpga_bridge_camera_ppi_mode(driver, BRIDGE_PPI_MODE_TAG_MASK) == ERROR_OK);
     CHECK(fpga_bridge_camera_expect(driver, 2048, 1536) == ERROR_OK);
     CHECK(fpga_bridge_camera_switch_limit(driver, 5) == ERROR_OK);
-    CHECK(fpga_bridge_camera_alternate(driver, 127) == ERROR_OK);
-    CHECK(rig.world.peek(BRIDGE_CAM_SELECT) == 0xFF00);
+    REQUIRE(rig.world.poke(BRIDGE_CAM_SELECT, 0xFF00));  // alternating
     CHECK(fpga_bridge_camera_select(driver, BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN) == ERROR_OK);
     CHECK(rig.world.peek(BRIDGE_CAM_SELECT) == 0xFE02);
     CHECK(fpga_bridge_camera_stream(driver, true) == ERROR_OK);
-    uint32_t time_us = 0, later_us = 0, frame_us = 0;
-    CHECK(fpga_bridge_camera_time(driver, &time_us) == ERROR_OK);
     rig.bus.wait(70 * kMs);
-    CHECK(fpga_bridge_camera_time(driver, &later_us) == ERROR_OK);
-    CHECK(later_us - time_us >= 70000);
-    CHECK(later_us - time_us <= 70500);
     fpga_bridge_source source{};
     CHECK(fpga_bridge_camera_source(driver, &source) == ERROR_OK);
     CHECK(source.active == BRIDGE_CAM_STATE_ACTIVE_IS_PATTERN);
     CHECK_FALSE(source.switching);
-    CHECK(fpga_bridge_camera_frame_time(driver, &frame_us) == ERROR_OK);
-    CHECK(frame_us <= later_us + 1000);
     fpga_bridge_camera camera{};
     CHECK(fpga_bridge_camera_read(driver, 1, &camera) == ERROR_OK);
     CHECK(camera.frames == 0);
-    int16_t skew_us = 1;
-    CHECK(fpga_bridge_camera_skew(driver, &skew_us) == ERROR_OK);
-    CHECK(skew_us == 0);
     CHECK(rig.driver.bus.counts.repeats == 0);
 }
 
-TEST_CASE("events, sensors' lines, trigger and branches") {
+TEST_CASE("events, sensors' lines and branches") {
     hdl::DriverRig rig;
     fpga_bridge *driver = &rig.driver;
     uint16_t word = 0;
@@ -273,15 +242,6 @@ TEST_CASE("events, sensors' lines, trigger and branches") {
     const fpga_bridge_sensor_lines lines = {3, 1, 2, 3};
     CHECK(fpga_bridge_sensor_drive(driver, &lines) == ERROR_OK);
     CHECK(rig.world.peek(BRIDGE_SENSOR) == 0xE7);
-    bool busy = false;
-    CHECK(fpga_bridge_sensor_trigger_set(driver, 0, 2000) == ERROR_OK);
-    CHECK(fpga_bridge_sensor_trigger(driver, 1) == ERROR_OK);
-    CHECK(fpga_bridge_sensor_trigger_busy(driver, &busy) == ERROR_OK);
-    CHECK(busy);
-    rig.bus.wait(3 * kMs);
-    CHECK(fpga_bridge_sensor_trigger_busy(driver, &busy) == ERROR_OK);
-    CHECK_FALSE(busy);
-    CHECK(rig.world.trigger.pulses == 1);
     fpga_bridge_sensor_bus state{};
     CHECK(fpga_bridge_sensor_bus_clear(driver, 3) == ERROR_OK);
     rig.bus.wait(200 * kUs);
@@ -294,17 +254,8 @@ TEST_CASE("events, sensors' lines, trigger and branches") {
     CHECK(rig.driver.bus.counts.repeats == 0);
 }
 
-TEST_CASE("the bridge's own counts of errors, and ours, which wrap") {
+TEST_CASE("the count of transfers wraps") {
     hdl::DriverRig rig;
-    hdl::I2cMaster master(rig.world.bridge, hdl::standard_timing(1000));
-    master.write(BRIDGE_I2C_ADDRESS, {BRIDGE_SCRATCH, 1});  // half a word
-    fpga_bridge_event_counts counts{};
-    CHECK(fpga_bridge_event_counts_read(&rig.driver, &counts) == ERROR_OK);
-    CHECK(counts.protocol_errors >= 1);
-    CHECK(fpga_bridge_event_counts_clear(&rig.driver) == ERROR_OK);
-    CHECK(fpga_bridge_event_counts_read(&rig.driver, &counts) == ERROR_OK);
-    CHECK(counts.protocol_errors == 0);
-    CHECK(rig.counted() == "transfers 6");
     rig.driver.bus.counts.transfers = UINT32_MAX;
     uint16_t word = 0;
     CHECK(fpga_bridge_read(&rig.driver, BRIDGE_ID, &word) == ERROR_OK);
