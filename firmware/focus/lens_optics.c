@@ -105,11 +105,6 @@ double lens_diffraction(double f_number) {
     return DIFFRACTION * f_number;
 }
 
-double lens_blur_total(double blur_mm, double f_number) {
-    const double diffraction_mm = lens_diffraction(f_number);
-    return sqrt(blur_mm * blur_mm + diffraction_mm * diffraction_mm);
-}
-
 double lens_range_middle(double near_mm, double far_mm) {
     INVARIANT(near_mm <= far_mm);
     return distance_of((vergence(near_mm) + vergence(far_mm)) / 2);

@@ -73,9 +73,6 @@ void lens_sharp_range(const struct lens_state *state, double blur_mm, double *ne
 /// Diameter of the disc that spreads light as far (rms) as diffraction does in green light.
 double lens_diffraction(double f_number);
 
-/// Blur and diffraction together: the disc of the same rms.
-double lens_blur_total(double blur_mm, double f_number);
-
 /// The focus distance at which the ends of a depth range, 0 < near <= far <= INFINITY, are equally
 /// blurred; INFINITY if both ends are.
 double lens_range_middle(double near_mm, double far_mm);

@@ -63,9 +63,8 @@ inline cv::Mat rectified(const rectify_table &table, const cv::Mat &raw,
                          std::vector<rectify_span> *spans = nullptr) {
     const image_u8 view = {raw.data, raw.cols, raw.rows, static_cast<ptrdiff_t>(raw.step)};
     cv::Mat result(table.height_px, table.width_px, CV_8U);
-    std::vector<int32_t> work(2 * static_cast<size_t>(table.width_px));
     for (int y = 0; y < table.height_px; y++) {
-        const rectify_span span = rectify_row_u8(&table, &view, y, result.ptr(y), work.data());
+        const rectify_span span = rectified_row(table, view, {}, y, result.ptr(y), nullptr);
         if (spans != nullptr) {
             spans->push_back(span);
         }

@@ -141,33 +141,28 @@ static uint32_t add_rows(uint32_t crc, const struct rectify_plan *plan,
     }
     const size_t width = (size_t)plan->width_px;
     const int raw_width = table.raw_width_px, raw_height = table.raw_height_px;
-    uint16_t *raw = must_have((size_t)raw_width * (size_t)raw_height * sizeof *raw);
-    uint8_t *raw8 = must_have((size_t)raw_width * (size_t)raw_height);
+    uint8_t *raw = must_have((size_t)raw_width * (size_t)raw_height);
     for (int i = 0; i < raw_width * raw_height; i++) {
-        raw[i] = (uint16_t)(next_random() >> 48);
-        raw8[i] = (uint8_t)(raw[i] >> 8);
+        raw[i] = (uint8_t)(next_random() >> 56);
     }
-    const struct image_u16 deep = {raw, raw_width, raw_height, raw_width};
-    const struct image_u8 grey = {raw8, raw_width, raw_height, raw_width};
+    const struct rectify_strip strip = {.end = raw_height,
+                                        .grey = {raw, raw_width, raw_height, raw_width}};
     int32_t *work_q16 = must_have(2 * width * sizeof *work_q16);
-    uint16_t *row16 = must_have(width * sizeof *row16);
-    uint8_t *row8 = must_have(width);
+    uint8_t *row = must_have(width);
     for (int y = 0; y < plan->height_px; y += 7) {
-        const struct rectify_span span = rectify_row_u16(&table, &deep, y, row16, work_q16);
-        rectify_row_u8(&table, &grey, y, row8, work_q16);
-        crc = add_bits(crc, (uint64_t)span.begin, 2);
-        crc = add_bits(crc, (uint64_t)span.end, 2);
+        const struct rectify_extent extent = rectify_row_extent(&table, y, work_q16);
+        memset(row, 0, width);
+        rectify_row_strip(&table, &strip, &extent, y, row, NULL, work_q16);
+        crc = add_bits(crc, (uint64_t)extent.span.begin, 2);
+        crc = add_bits(crc, (uint64_t)extent.span.end, 2);
         for (size_t x = 0; x < width; x++) {
             crc = add_bits(crc, (uint32_t)work_q16[x], 4);
             crc = add_bits(crc, (uint32_t)work_q16[width + x], 4);
-            crc = add_bits(crc, row16[x], 2);
-            crc = add_bits(crc, row8[x], 1);
+            crc = add_bits(crc, row[x], 1);
         }
     }
-    free(row8);
-    free(row16);
+    free(row);
     free(work_q16);
-    free(raw8);
     free(raw);
     free(memory);
     return crc;

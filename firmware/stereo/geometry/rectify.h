@@ -103,16 +103,6 @@ size_t rectify_table_need_bytes(const struct rectify_plan *plan);
 void rectify_row_coordinates(const struct rectify_table *table, int y, int32_t *x_q16,
                              int32_t *y_q16);
 
-/// One rectified row of a raw image (grey, 16-bit grey, colour). Pixels outside the span are 0.
-/// `row` needs width_px pixels; `work_q16` needs 2 * width_px values.
-struct rectify_span rectify_row_u8(const struct rectify_table *table, const struct image_u8 *raw,
-                                   int y, uint8_t *row, int32_t *work_q16);
-struct rectify_span rectify_row_u16(const struct rectify_table *table, const struct image_u16 *raw,
-                                    int y, uint16_t *row, int32_t *work_q16);
-struct rectify_span rectify_row_rgb8(const struct rectify_table *table,
-                                     const struct image_rgb8 *raw, int y, uint8_t *row,
-                                     int32_t *work_q16);
-
 /// Rows [begin, end) of a raw image; row 0 of its images is row `begin`.
 struct rectify_strip {
     int begin, end;
@@ -130,9 +120,9 @@ struct rectify_extent {
 struct rectify_extent rectify_row_extent(const struct rectify_table *table, int y,
                                          int32_t *work_q16);
 
-/// Fills the pixels of row y that the strip has all raw rows for; others stay. A row is whole after
-/// strips that cover the raw image, each of which begins with the last row of the one before: then
-/// its bytes are those of the functions above, within its span. `colour` NULL: grey only.
+/// Fills the pixels of row y (width_px each) that the strip has all raw rows for; others stay. A
+/// row is whole, within its span, after strips that cover the raw image, each of which begins with
+/// the last row of the one before. `colour` NULL: grey only.
 void rectify_row_strip(const struct rectify_table *table, const struct rectify_strip *strip,
                        const struct rectify_extent *extent, int y, uint8_t *grey, uint8_t *colour,
                        int32_t *work_q16);

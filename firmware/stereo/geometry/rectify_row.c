@@ -157,14 +157,6 @@ static struct rectify_span find_span(const struct rectify_table *table, int y, c
     return (struct rectify_span){(int16_t)begin, (int16_t)end};
 }
 
-// Coordinates of a row into `work_q16` (x, then y), and the columns that are inside.
-static struct rectify_span prepare_row(const struct rectify_table *table, int raw_width,
-                                       int raw_height, int y, int32_t *work_q16) {
-    INVARIANT(raw_width == table->raw_width_px && raw_height == table->raw_height_px);
-    rectify_row_coordinates(table, y, work_q16, work_q16 + table->width_px);
-    return find_span(table, y, work_q16, work_q16 + table->width_px);
-}
-
 // Rounds a Q16 fraction to 1/2048; 2048 itself is valid and selects the next pixel.
 static int32_t fraction_q11(int32_t q16) {
     return ((q16 & 0xffff) + 16) >> 5;
@@ -177,79 +169,6 @@ static uint8_t blend_u8(int32_t a, int32_t b, int32_t c, int32_t d, int32_t fx_q
     return (uint8_t)((above * (2048 - fy_q11) + below * fy_q11 + (1 << 21)) >> 22);
 }
 
-struct rectify_span rectify_row_u8(const struct rectify_table *table, const struct image_u8 *raw,
-                                   int y, uint8_t *row, int32_t *work_q16) {
-    const int width = table->width_px;
-    if (table->identity) {
-        memcpy(row, image_u8_row(raw, y + table->offset_y_px) + table->offset_x_px, (size_t)width);
-        return (struct rectify_span){0, (int16_t)width};
-    }
-    const struct rectify_span span = prepare_row(table, raw->width, raw->height, y, work_q16);
-    const int32_t *x_q16 = work_q16, *y_q16 = work_q16 + width;
-    const ptrdiff_t stride = raw->stride;
-    memset(row, 0, (size_t)span.begin);
-    memset(row + span.end, 0, (size_t)(width - span.end));
-    for (int x = span.begin; x < span.end; x++) {
-        const uint8_t *p = raw->data + (y_q16[x] >> 16) * stride + (x_q16[x] >> 16);
-        row[x] = blend_u8(p[0], p[1], p[stride], p[stride + 1], fraction_q11(x_q16[x]),
-                          fraction_q11(y_q16[x]));
-    }
-    return span;
-}
-
-// All 16 bits of both fractions: a grey level is 1/65535 of the range here.
-static uint16_t blend_u16(uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t fx_q16,
-                          uint32_t fy_q16) {
-    const uint64_t above = a * (uint64_t)(65536u - fx_q16) + b * (uint64_t)fx_q16;
-    const uint64_t below = c * (uint64_t)(65536u - fx_q16) + d * (uint64_t)fx_q16;
-    return (uint16_t)((above * (65536u - fy_q16) + below * fy_q16 + (1u << 31)) >> 32);
-}
-
-struct rectify_span rectify_row_u16(const struct rectify_table *table, const struct image_u16 *raw,
-                                    int y, uint16_t *row, int32_t *work_q16) {
-    const int width = table->width_px;
-    if (table->identity) {
-        memcpy(row, image_u16_row(raw, y + table->offset_y_px) + table->offset_x_px,
-               (size_t)width * sizeof *row);
-        return (struct rectify_span){0, (int16_t)width};
-    }
-    const struct rectify_span span = prepare_row(table, raw->width, raw->height, y, work_q16);
-    const int32_t *x_q16 = work_q16, *y_q16 = work_q16 + width;
-    const ptrdiff_t stride = raw->stride;
-    memset(row, 0, (size_t)span.begin * sizeof *row);
-    memset(row + span.end, 0, (size_t)(width - span.end) * sizeof *row);
-    for (int x = span.begin; x < span.end; x++) {
-        const uint16_t *p = raw->data + (y_q16[x] >> 16) * stride + (x_q16[x] >> 16);
-        row[x] = blend_u16(p[0], p[1], p[stride], p[stride + 1], (uint32_t)x_q16[x] & 0xffffu,
-                           (uint32_t)y_q16[x] & 0xffffu);
-    }
-    return span;
-}
-
-struct rectify_span rectify_row_rgb8(const struct rectify_table *table,
-                                     const struct image_rgb8 *raw, int y, uint8_t *row,
-                                     int32_t *work_q16) {
-    const int width = table->width_px;
-    if (table->identity) {
-        memcpy(row, image_rgb8_row(raw, y + table->offset_y_px) + 3 * table->offset_x_px,
-               3 * (size_t)width);
-        return (struct rectify_span){0, (int16_t)width};
-    }
-    const struct rectify_span span = prepare_row(table, raw->width, raw->height, y, work_q16);
-    const int32_t *x_q16 = work_q16, *y_q16 = work_q16 + width;
-    const ptrdiff_t stride = raw->stride;
-    memset(row, 0, 3 * (size_t)span.begin);
-    memset(row + 3 * span.end, 0, 3 * (size_t)(width - span.end));
-    for (int x = span.begin; x < span.end; x++) {
-        const uint8_t *p = raw->data + (y_q16[x] >> 16) * stride + 3 * (x_q16[x] >> 16);
-        const int32_t fx_q11 = fraction_q11(x_q16[x]), fy_q11 = fraction_q11(y_q16[x]);
-        for (int channel = 0; channel < 3; channel++, p++) {
-            row[3 * x + channel] = blend_u8(p[0], p[3], p[stride], p[stride + 3], fx_q11, fy_q11);
-        }
-    }
-    return span;
-}
-
 struct rectify_extent rectify_row_extent(const struct rectify_table *table, int y,
                                          int32_t *work_q16) {
     if (table->identity) {
@@ -257,8 +176,9 @@ struct rectify_extent rectify_row_extent(const struct rectify_table *table, int 
         return (struct rectify_extent){{0, (int16_t)table->width_px}, row, row};
     }
     struct rectify_extent extent = {.first = 0, .last = -1};
-    extent.span = prepare_row(table, table->raw_width_px, table->raw_height_px, y, work_q16);
-    const int32_t *y_q16 = work_q16 + table->width_px;
+    int32_t *y_q16 = work_q16 + table->width_px;
+    rectify_row_coordinates(table, y, work_q16, y_q16);
+    extent.span = find_span(table, y, work_q16, y_q16);
     if (extent.span.begin == extent.span.end) {
         return extent;
     }

@@ -140,8 +140,8 @@ TEST_CASE("f-numbers for a range: neither more blur than allowed nor more diffra
     for (const double factor : {0.8, 0.95, 1.05, 1.25}) {
         lens_state other = state;
         other.f_number = most * factor;
-        CHECK(lens_blur_total(lens_blur(&other, 1789), other.f_number) >
-              lens_blur_total(blur, most));
+        CHECK(std::hypot(lens_blur(&other, 1789), lens_diffraction(other.f_number)) >
+              std::hypot(blur, lens_diffraction(most)));
     }
     CHECK(lens_f_number_for_blur(&state, 1800, 1800, kPixelMm) == 0);
 }
