@@ -5,7 +5,6 @@
 #include <cmath>
 #include <deque>
 
-#include "calib/detect/detect_grow.hpp"
 #include "calib/detect/detect_links.hpp"
 #include "core/invariant.h"
 

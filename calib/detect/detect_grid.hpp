@@ -5,15 +5,9 @@
 
 #include <vector>
 
-#include "calib/detect/detect_saddles.hpp"
+#include "calib/detect/detect_grow.hpp"
 
 namespace calib::detect {
-
-struct node {
-    bool found = false;
-    saddle at;     // in pixels of the level
-    int turn = 0;  // ray k points in grid direction (k + turn) % 4: +column, +row, -column, -row
-};
 
 /// The row direction is clockwise from the column direction, as on a board seen from its front.
 struct grid {

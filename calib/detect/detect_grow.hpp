@@ -6,9 +6,16 @@
 
 #include <map>
 
-#include "calib/detect/detect_grid.hpp"
+#include "calib/detect/detect_saddles.hpp"
 
 namespace calib::detect {
+
+/// A corner of a grid.
+struct node {
+    bool found = false;
+    saddle at;     // in pixels of the level
+    int turn = 0;  // ray k points in grid direction (k + turn) % 4: +column, +row, -column, -row
+};
 
 /// A place in a grid whose borders are not known yet.
 struct place {

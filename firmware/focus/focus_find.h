@@ -4,7 +4,7 @@
 #ifndef VERGENCE_FOCUS_FOCUS_FIND_H
 #define VERGENCE_FOCUS_FOCUS_FIND_H
 
-#include "focus/focus_search.h"
+#include "focus/focus_search_types.h"
 
 #ifdef __cplusplus
 extern "C" {

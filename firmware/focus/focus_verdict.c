@@ -16,7 +16,7 @@ const char *focus_verdict_text(enum focus_verdict verdict) {
     return verdicts[verdict].text;
 }
 
-const char *focus_verdict_help(enum focus_verdict verdict) {
+static const char *verdict_help(enum focus_verdict verdict) {
     INVARIANT((unsigned)verdict < FOCUS_VERDICTS);
     return verdicts[verdict].help;
 }
@@ -25,7 +25,7 @@ const char *focus_search_help(const struct focus_search *self) {
     const struct focus_search_options *options = &self->options;
     const struct focus_result *result = &self->result;
     if (result->verdict != FOCUS_PEAK_AT_END) {
-        return focus_verdict_help(result->verdict);
+        return verdict_help(result->verdict);
     }
     return result->peak.position > (options->min + options->max) / 2
                ? "the subject is nearer than the lens can focus: move it away, or zoom out"

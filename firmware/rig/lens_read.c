@@ -8,7 +8,6 @@
 #include "rig/base/poll.h"
 #include "rig/base/rig_clock.h"
 #include "rig/base/rig_error.h"
-#include "rig/lens_move.h"
 #include "rig/safe.h"
 
 enum { BOTH = 1u << RIG_LEFT | 1u << RIG_RIGHT };
@@ -107,7 +106,10 @@ static int read_now(struct rig *self, unsigned side, struct lens_reading reading
             return error;
         }
         error = lens_read_timeout(self, side, since_us, rig_now_us(self));
-        error = error == ERROR_OK ? rig_poll(self) : error;
+        if (error != ERROR_OK) {
+            return error;
+        }
+        error = rig_poll(self);
         if (error != ERROR_OK) {
             return error;
         }

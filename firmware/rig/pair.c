@@ -15,10 +15,7 @@
 #include "stereo/image/image_change.h"
 
 enum {
-    FRAME_ATTEMPTS = 2,
     PAIR_ATTEMPTS = 3,  // of cameras with their own ports, whose frames are too far apart
-    // Noise beyond five sigma occurs in one square of a million; a moving object covers more.
-    CHANGE_LIMIT_PERMILLE = 2,
     US_PER_MS = 1000,
 };
 
@@ -28,64 +25,6 @@ static bool merges(const struct pair_options *options) {
 
 static unsigned frames_of(const struct pair_options *options) {
     return options->check_static ? RIG_SIDES + 1 : RIG_SIDES;
-}
-
-void pair_release(struct pair_frame frames[RIG_SIDES]) {
-    for (unsigned side = 0; side < RIG_SIDES; side++) {
-        raw_image_release(&frames[side].image);
-    }
-}
-
-// ---- frames
-
-static struct pair_window window_of(const struct rig *rig, unsigned side) {
-    const struct mt9t001_window *window = &rig->camera[side].sensor.window;
-    if (!rig->profile.bridge) {
-        return (struct pair_window){.skip = 0};
-    }
-    INVARIANT(window->skip >= 1 && window->bin == 1);
-    return (struct pair_window){window->column_px, window->row_px, window->skip};
-}
-
-// Keeps a frame that was taken if it is complete, with all its information but the axes; else
-// releases it. `out` has no image.
-static int keep_frame(struct rig *rig, unsigned side, struct hal_camera_frame *frame,
-                      struct pair_frame *out) {
-    const int error = rig_camera_check_size(rig, side, &frame->image);
-    if (error != ERROR_OK || frame->faults != 0) {
-        raw_image_release(&frame->image);
-        return error;
-    }
-    INVARIANT(frame->image.stride >= (ptrdiff_t)raw_image_row_values(&frame->image));
-    INVARIANT(out->image.release == NULL);
-    *out = (struct pair_frame){
-        .image = frame->image,
-        .window = window_of(rig, side),
-        .sequence = frame->sequence,
-        .begin_us = frame->begin_us,
-        .end_us = frame->end_us,
-        .exposure_us = rig->camera[side].exposure_us,
-        .gain_q3 = rig->camera[side].gain_q3,
-    };
-    return ERROR_OK;
-}
-
-int pair_take_frame(struct rig *rig, unsigned side, uint64_t not_before_us,
-                    struct pair_frame *out) {
-    struct hal_camera_frame frame = {.faults = 0};
-    // One frame less in memory while the next one arrives.
-    raw_image_release(&out->image);
-    for (int attempt = 0; attempt < FRAME_ATTEMPTS; attempt++) {
-        int error = rig_camera_take(rig, side, not_before_us, &frame);
-        if (error != ERROR_OK) {
-            return error;
-        }
-        error = keep_frame(rig, side, &frame, out);
-        if (frame.faults == 0 || error != ERROR_OK) {
-            return error;
-        }
-    }
-    return rig_camera_torn(rig, side, frame.faults);
 }
 
 static void report(const struct rig *rig, const struct pair_options *options, uint32_t done) {
@@ -157,7 +96,7 @@ static int take_pulse(struct rig *rig, struct pair_frame frames[RIG_SIDES],
         error = trigger_take(rig, side, &frame);
         if (error == ERROR_OK) {
             faults[side] = frame.faults;
-            error = keep_frame(rig, side, &frame, &frames[side]);
+            error = pair_keep_frame(rig, side, &frame, &frames[side]);
         }
     }
     return error;
@@ -187,7 +126,7 @@ static int take_triggered(struct rig *rig, const struct pair_options *options,
         const unsigned bad = damaged_side(faults);
         const bool whole = bad == RIG_SIDES;
         damaged = whole ? 0 : damaged + 1;
-        if (damaged == FRAME_ATTEMPTS) {
+        if (damaged == PAIR_FRAME_ATTEMPTS) {
             return rig_camera_torn(rig, bad, faults[bad]);
         }
         if (error == ERROR_OK && whole) {
@@ -304,18 +243,6 @@ static int compare_times(struct rig *rig, const struct pair *pair) {
                           numbers);
 }
 
-int pair_check_change(struct rig *rig, unsigned side, uint32_t change_permille) {
-    INVARIANT(side < RIG_SIDES && change_permille <= PICTURE_STATS_MAX_PERMILLE);
-    if (change_permille <= CHANGE_LIMIT_PERMILLE) {
-        return ERROR_OK;
-    }
-    const int32_t number = (int32_t)change_permille;
-    return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_MOVED,
-                          "# of 1000 parts of its picture changed during the pair (keep scene and "
-                          "light constant, then capture again)",
-                          &number);
-}
-
 static int compare_scenes(struct rig *rig, struct pair *pair) {
     struct pair_frame again = {.image = {.data = NULL}};
     const int error = pair_take_frame(rig, RIG_LEFT, pair->frame[RIG_RIGHT].end_us, &again);
@@ -374,7 +301,10 @@ static int capture(struct rig *rig, const struct pair_options *options, struct p
     struct pair_axes before[RIG_SIDES], after[RIG_SIDES];
     int error = wait_for_rest(rig);
     const unsigned readings = options->readings != 0 ? options->readings : RIG_LENS_READINGS;
-    error = error == ERROR_OK ? read_all_axes(rig, readings, before) : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = read_all_axes(rig, readings, before);
     if (error != ERROR_OK) {
         return error;
     }
@@ -485,9 +415,4 @@ void pair_look_release(struct pair_look_frame looks[RIG_SIDES]) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         raw_image_release(&looks[side].frame.image);
     }
-}
-
-void pair_frame_assess(struct pair_frame *frame) {
-    frame->picture = picture_stats_of(&frame->image);
-    frame->has_picture = true;
 }

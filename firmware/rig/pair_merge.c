@@ -156,7 +156,10 @@ static int add_frames(struct merging *self, unsigned side, struct merge_exposure
             exposure_us *= self->bracket.factor;
             error = set_exposure(self, side, exposure_us);
         }
-        error = error == ERROR_OK ? take_frame(self, side, frame) : error;
+        if (error != ERROR_OK) {
+            return error;
+        }
+        error = take_frame(self, side, frame);
         if (error != ERROR_OK) {
             return error;
         }
@@ -265,7 +268,10 @@ int pair_merge_take(struct rig *rig, const struct pair_options *options, struct 
     pair->checked = true;
     int error = merge_side(&self, RIG_LEFT);
     const struct merge_plan left = self.plan;
-    error = error == ERROR_OK ? merge_side(&self, RIG_RIGHT) : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = merge_side(&self, RIG_RIGHT);
     if (error != ERROR_OK) {
         return error;
     }

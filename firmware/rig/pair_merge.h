@@ -3,7 +3,7 @@
 #ifndef VERGENCE_RIG_PAIR_MERGE_H
 #define VERGENCE_RIG_PAIR_MERGE_H
 
-#include "rig/pair.h"
+#include "rig/pair_frame.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "tools/simrig/render/sampler.hpp"
+#include "tools/simrig/render/sampler_types.hpp"
 
 namespace world {
 
