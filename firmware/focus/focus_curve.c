@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "core/invariant.h"
+#include "core/order.h"
 
 // Above this part of the height a reciprocal is close to a parabola for all textures, the closer
 // the higher; this many samples are enough.
@@ -84,20 +85,9 @@ static unsigned sorted(const struct focus_curve *curve, const struct focus_range
     return count;
 }
 
-static void sort(double *values, unsigned count) {
-    for (unsigned i = 1; i < count; i++) {
-        const double value = values[i];
-        unsigned at = i;
-        for (; at > 0 && values[at - 1] > value; at--) {
-            values[at] = values[at - 1];
-        }
-        values[at] = value;
-    }
-}
-
 // The median of values, over `scale`. Sorts them.
 static double median_over(double *values, unsigned count, double scale) {
-    sort(values, count);
+    order_sort(values, count);
     return count > 0 ? values[count / 2] / scale : 0;
 }
 
@@ -141,7 +131,7 @@ static double floor_of(const struct point *order, unsigned count) {
     for (unsigned i = 0; i < count; i++) {
         values[i] = order[i].value;
     }
-    sort(values, count);
+    order_sort(values, count);
     for (unsigned i = 0; i < lowest; i++) {
         sum += values[i];
     }

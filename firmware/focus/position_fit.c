@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/math.h"
+#include "core/order.h"
 
 enum {
     WINDOW_MAX = 2 * POSITION_FIT_NEIGHBOURS,
@@ -26,21 +27,10 @@ struct line {
     double at, slope;
 };
 
-static void sort(double *values, unsigned count) {
-    for (unsigned i = 1; i < count; i++) {
-        const double value = values[i];
-        unsigned to = i;
-        for (; to > 0 && values[to - 1] > value; to--) {
-            values[to] = values[to - 1];
-        }
-        values[to] = value;
-    }
-}
-
 // Sorts them.
 static double median(double *values, unsigned count) {
     INVARIANT(count > 0);
-    sort(values, count);
+    order_sort(values, count);
     return count % 2 == 1 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
 }
 

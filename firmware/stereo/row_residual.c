@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/order.h"
 #include "stereo/image/reason.h"
 
 enum {
@@ -167,34 +168,6 @@ static bool measure(const struct match_input *input, const struct match_output *
            *vertical_px < REACH;
 }
 
-static void sort(float *values, int count) {
-    // Heap sort: no recursion, no extra memory.
-    for (int start = count / 2 - 1, end = count; end > 1;) {
-        int root;
-        if (start >= 0) {
-            root = start--;
-        } else {
-            end--;
-            const float kept = values[end];
-            values[end] = values[0];
-            values[0] = kept;
-            root = 0;
-        }
-        for (int child = 2 * root + 1; child < end; child = 2 * root + 1) {
-            if (child + 1 < end && values[child] < values[child + 1]) {
-                child++;
-            }
-            if (values[root] >= values[child]) {
-                break;
-            }
-            const float kept = values[root];
-            values[root] = values[child];
-            values[child] = kept;
-            root = child;
-        }
-    }
-}
-
 // A polynomial over the image: offset, slopes, and with SURFACE_MAX_TERMS its curvature and twist.
 struct surface {
     int terms, width, height;
@@ -260,9 +233,8 @@ static double magnitude(double value) {
     return value < 0.0 ? -value : value;
 }
 
-static float quantile(float *work, int count, double share) {
-    sort(work, count);
-    return work[(int)(share * (count - 1))];
+static double quantile(float *work, int count, double share) {
+    return (double)order_statistic(work, count, (int)(share * (count - 1)));
 }
 
 // Reweighted least squares with Cauchy weights; its scale is the residuals' median. Returns that
@@ -271,13 +243,13 @@ static double fit(const struct sample *samples, int count, float *work, struct s
     for (int i = 0; i < count; i++) {
         work[i] = samples[i].vertical_px;
     }
-    surface->factor[0] = (double)quantile(work, count, 0.5);
+    surface->factor[0] = quantile(work, count, 0.5);
     double scale = 0.0;
     for (int round = 0; round < FIT_ROUNDS; round++) {
         for (int i = 0; i < count; i++) {
             work[i] = (float)magnitude(samples[i].vertical_px - value_of(surface, &samples[i]));
         }
-        scale = 1.4826 * (double)quantile(work, count, 0.5) + 1e-3;
+        scale = 1.4826 * quantile(work, count, 0.5) + 1e-3;
         struct normal_equations n = {{{0}}, {0}};
         for (int i = 0; i < count; i++) {
             const double r =
@@ -316,11 +288,11 @@ static void fit_trend(const struct sample *samples, int count, int width, int he
     for (int i = 0; i < count; i++) {
         work[i] = (float)magnitude(value_of(&plane, &samples[i]));
     }
-    vertical->trend_px = (double)quantile(work, count, 0.95);
+    vertical->trend_px = quantile(work, count, 0.95);
     for (int i = 0; i < count; i++) {
         work[i] = (float)magnitude(value_of(&curved, &samples[i]) - value_of(&plane, &samples[i]));
     }
-    vertical->curve_px = (double)quantile(work, count, 0.95);
+    vertical->curve_px = quantile(work, count, 0.95);
 }
 
 // The textured matches on a lattice; at most SAMPLES_MAX.
@@ -368,8 +340,8 @@ int row_residual_measure(const struct match_input *input, const struct match_out
             const float r = samples[i].vertical_px;
             work[i] = r < 0.0F ? -r : r;
         }
-        vertical->median_px = (double)quantile(work, count, 0.5);
-        vertical->p95_px = (double)work[(int)(0.95 * (count - 1))];
+        vertical->median_px = quantile(work, count, 0.5);
+        vertical->p95_px = quantile(work, count, 0.95);
         fit_trend(samples, count, width, height, work, vertical);
     }
     arena_release(arena, mark);

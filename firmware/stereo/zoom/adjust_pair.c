@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/order.h"
 
 enum {
     TRACKS_MIN = 20,
@@ -179,37 +180,6 @@ static int ransac_inliers(struct matches *m) {
     return kept;
 }
 
-static float middle_of(float *values, int count) {
-    // Selection by halves (Hoare).
-    int low = 0, high = count - 1;
-    const int middle = count / 2;
-    INVARIANT(count >= 0);
-    while (low < high) {
-        const float pivot = values[middle];
-        int i = low, j = high;
-        while (i <= j) {
-            while (values[i] < pivot) {
-                i++;
-            }
-            while (values[j] > pivot) {
-                j--;
-            }
-            if (i <= j) {
-                const float kept = values[i];
-                values[i++] = values[j];
-                values[j--] = kept;
-            }
-        }
-        if (j < middle) {
-            low = i;
-        }
-        if (i > middle) {
-            high = j;
-        }
-    }
-    return count > 0 ? values[middle] : 0;
-}
-
 // Median of the kept tracks' residuals.
 static double median_residual(struct matches *m) {
     int n = 0;
@@ -218,7 +188,7 @@ static double median_residual(struct matches *m) {
             m->work[n++] = (float)m->track[i].residual;
         }
     }
-    return (double)middle_of(m->work, n);
+    return (double)order_statistic(m->work, n, n / 2);
 }
 
 static double noise_of(double median_px) {
@@ -233,7 +203,7 @@ static double median_depth(struct matches *m) {
             m->work[n++] = (float)(1 / m->track[i].point.w);
         }
     }
-    return (double)middle_of(m->work, n);
+    return (double)order_statistic(m->work, n, n / 2);
 }
 
 // Rejects the tracks outside of the noise. Returns the number of the others.
