@@ -138,7 +138,10 @@ static int arrive(struct rig *self, struct horn *horn, uint16_t width_q4) {
     while (horn->actual_q4 != width_q4) {
         int error = rig_wait_until(self, rig_now_us(self) + LOOK_US);
         struct fpga_bridge_servo servo;
-        error = error == ERROR_OK ? look(self, horn, &servo) : error;
+        if (error != ERROR_OK) {
+            return error;
+        }
+        error = look(self, horn, &servo);
         if (error != ERROR_OK) {
             return error;
         }

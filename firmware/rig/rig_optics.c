@@ -358,8 +358,10 @@ int rig_optics_iris_for_range(const struct rig *self, unsigned side, double near
     const double exact = f_number_for(self, &state, near_mm, far_mm, open, closed, &result);
     error = round_iris(self, side, exact, result.limit == RIG_OPTICS_NEEDED, &result);
     result.focus_mm = lens_range_middle(near_mm, far_mm);
-    error = error == ERROR_OK ? rig_optics_focus_for(self, side, result.focus_mm, &result.focus)
-                              : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = rig_optics_focus_for(self, side, result.focus_mm, &result.focus);
     if (error != ERROR_OK) {
         return error;
     }

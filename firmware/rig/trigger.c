@@ -110,7 +110,10 @@ int trigger_fire(struct rig *self) {
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         error = rig_wait_until(self, self->camera[side].settled_at_us);
     }
-    error = error == ERROR_OK ? drop_all(self) : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = drop_all(self);
     if (error != ERROR_OK) {
         return error;
     }

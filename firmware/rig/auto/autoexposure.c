@@ -97,7 +97,10 @@ static int search(struct exposure_job *job, struct rig_region *region,
         setting->iris != last->iris) {
         // An earlier one was better.
         int error = exposure_region_set(job, region, setting, NULL);
-        error = error == ERROR_OK ? exposure_region_measure(job, region, setting, light) : error;
+        if (error != ERROR_OK) {
+            return error;
+        }
+        error = exposure_region_measure(job, region, setting, light);
         if (error != ERROR_OK) {
             return error;
         }

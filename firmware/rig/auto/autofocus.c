@@ -440,7 +440,10 @@ static int begin(struct focuser *self) {
     if (self->other != NULL) {
         self->other->has_port = false;
     }
-    error = error == ERROR_OK ? begin_search(self, &options, &self->event) : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = begin_search(self, &options, &self->event);
     if (error != ERROR_OK) {
         return error;
     }

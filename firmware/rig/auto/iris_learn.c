@@ -174,7 +174,10 @@ static int learn(struct learner *self, struct lens_table *table) {
         double light = 0;
         report(self, (unsigned)i);
         int error = move_iris(self, position);
-        error = error == ERROR_OK ? read_light(self, &light) : error;
+        if (error != ERROR_OK) {
+            return error;
+        }
+        error = read_light(self, &light);
         if (error != ERROR_OK) {
             return error;
         }
@@ -236,8 +239,14 @@ int rig_iris_learn(struct rig *self, unsigned side) {
     struct lens_table table = {.count = 0};
     int32_t positions[LENS_AXES], before = 0;
     int error = lens_read_ready(self, side < RIG_SIDES ? 1u << side : 0, LENS_IRIS);
-    error = error == ERROR_OK ? rig_lens_read(self, side, positions) : error;
-    error = error == ERROR_OK ? rig_optics_position(self, side, LENS_IRIS, &before) : error;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = rig_lens_read(self, side, positions);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = rig_optics_position(self, side, LENS_IRIS, &before);
     if (error != ERROR_OK) {
         return error;
     }
