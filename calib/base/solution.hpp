@@ -19,11 +19,21 @@ namespace calib {
 
 class error_model;  // calib/solve/uncertainty.hpp
 
-/// One board position: what the left camera (0) and the right one (1) saw. A view without corners
+/// Positions of one camera's motors while a pair was taken, as means of readings.
+struct zoom_axes {
+    double zoom_counts = 0, focus_counts = 0, pan_rad = 0;
+};
+
+/// One pair: what the left camera (0) and the right one (1) saw of a board. A view without corners
 /// counts as not taken.
 struct capture {
     std::array<std::string, 2> name;  // names of the images, for reports; should be unique
     std::array<board_view, 2> view;
+    // For a calibration of all zooms only:
+    size_t board = 0;  // index in `zoom_observations::boards`
+    int position = 0;  // of the board: captures with the same number show it in the same place
+    int visit = 0;     // of the pans: between captures with the same number they were not turned
+    std::array<zoom_axes, 2> axes{};
 };
 
 struct observations {

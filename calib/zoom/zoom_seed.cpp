@@ -88,7 +88,7 @@ std::string make_problem(const zoom_observations &seen, zoom_problem *problem) {
     std::vector<int> setting[CAMERAS];
     for (size_t camera = 0; camera < CAMERAS; camera++) {
         std::vector<double> zoom, focus;
-        for (const zoom_capture &capture : seen.captures) {
+        for (const capture &capture : seen.captures) {
             zoom.push_back(capture.axes[camera].zoom_counts);
             focus.push_back(capture.axes[camera].focus_counts);
         }
@@ -103,7 +103,7 @@ std::string make_problem(const zoom_observations &seen, zoom_problem *problem) {
     std::map<std::pair<int, size_t>, size_t> places;
     std::map<int, int> visits;
     for (size_t i = 0; i < seen.captures.size(); i++) {
-        const zoom_capture &one = seen.captures[i];
+        const capture &one = seen.captures[i];
         INVARIANT(one.board < seen.boards.size());
         const auto place =
             places.emplace(std::make_pair(one.position, one.board), problem->places.size());
@@ -150,7 +150,7 @@ std::vector<zoom_setting> solve_each(const zoom_observations &seen, const zoom_p
         alone.width_px[0] = seen.width_px[camera];
         alone.height_px[0] = seen.height_px[camera];
         for (const size_t at : one.captures) {
-            const zoom_capture &from = seen.captures[at];
+            const capture &from = seen.captures[at];
             capture view;
             view.name[0] = from.name[camera];
             view.view[0] = from.view[camera];

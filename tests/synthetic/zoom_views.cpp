@@ -206,7 +206,7 @@ class ViewMaker {
 
     // Both cameras at one zoom, focused on the board. Adds nothing where one sees too little.
     bool take(int zoom, size_t board, const Board &at, int position, size_t min) {
-        calib::zoom_capture capture;
+        calib::capture capture;
         capture.board = board;
         capture.position = position;
         capture.visit = visit_;

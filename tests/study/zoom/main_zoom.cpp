@@ -320,7 +320,7 @@ void study_rendered(calib::zoom_observations seen, uint64_t seed, int runs) {
     // What the detector predicts is the noise of pixels; the model's own errors come on top.
     constexpr double kModelPx = 0.03;
     size_t corners = 0;
-    for (calib::zoom_capture &pair : seen.captures) {
+    for (calib::capture &pair : seen.captures) {
         for (calib::board_view &view : pair.view) {
             for (calib::corner &corner : view.corners) {
                 corner.sigma_px = std::hypot(corner.sigma_px, kModelPx);

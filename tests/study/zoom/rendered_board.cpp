@@ -149,7 +149,7 @@ calib::zoom_observations rendered_capture(const std::string &name, uint64_t seed
 
 void write_corners(const calib::zoom_observations &seen, const std::string &path) {
     std::ofstream file(path);
-    for (const calib::zoom_capture &pair : seen.captures) {
+    for (const calib::capture &pair : seen.captures) {
         char line[200];
         std::snprintf(line, sizeof line, "pair %d %d", pair.position, pair.visit);
         file << line;
@@ -185,7 +185,7 @@ calib::zoom_observations read_corners(const std::string &path) {
         std::string kind;
         line >> kind;
         if (kind == "pair") {
-            calib::zoom_capture pair;
+            calib::capture pair;
             line >> pair.position >> pair.visit;
             for (size_t side = 0; side < 2; side++) {
                 calib::zoom_axes &axes = pair.axes[side];

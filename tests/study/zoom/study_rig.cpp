@@ -237,7 +237,7 @@ class Capture {
         const world::Pose camera_world = world::inverse(rig_.camera(0).world_camera);
         go_to(zoom, (camera_world * at.middle_mm).z);
         rig_.wait(3);  // exposure and autofocus
-        calib::zoom_capture capture;
+        calib::capture capture;
         capture.board = 0;
         capture.position = position;
         capture.visit = visit_;

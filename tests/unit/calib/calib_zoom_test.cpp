@@ -420,7 +420,7 @@ TEST_CASE("an implausible rig is not good, with the reason") {
         verdict_of(good,
                    [](solution *rig) { rig->rig->camera[1].function[ZOOM_FOCAL].term[2] += 1e5; }),
         "right camera does not follow"));
-    for (calib::zoom_capture &capture : views.seen.captures) {
+    for (calib::capture &capture : views.seen.captures) {
         std::swap(capture.view[0], capture.view[1]);
         std::swap(capture.axes[0], capture.axes[1]);
         std::swap(capture.name[0], capture.name[1]);

@@ -25,7 +25,7 @@ struct recording {
 
     explicit recording(const calib::zoom_observations &seen) {
         views.seen.target = seen.boards[0];
-        for (const calib::zoom_capture &one : seen.captures) {
+        for (const calib::capture &one : seen.captures) {
             const auto state = std::make_shared<calibration_match_state>();
             std::strcpy(state->origin.instrument, "synthetic");
             state->instrument.pan_repeatability_urad = 5236;

@@ -120,9 +120,7 @@ class collector {
 
     void add(size_t index) {
         const calibrate_shot &shot = (*job_.shots)[index];
-        const calib::capture &capture = job_.views->seen.captures[index];
-        calib::zoom_capture one;
-        one.name = capture.name;
+        calib::capture one = job_.views->seen.captures[index];
         // The board stays where it is while the cameras turn.
         const size_t position = shot.board_position;
         one.position =
@@ -134,7 +132,7 @@ class collector {
                 axis_of(shot, side, CALIBRATION_ZOOM).mean,
                 axis_of(shot, side, CALIBRATION_FOCUS).mean,
                 pan.kind == CALIBRATION_AXIS_KNOWN ? pan.mean * MATH_RAD_PER_DEGREE : 0};
-            one.view[side] = on_sensor(capture.view[side], shot.state->origin.side[side].window);
+            one.view[side] = on_sensor(one.view[side], shot.state->origin.side[side].window);
         }
         job_.seen.captures.push_back(one);
         job_.shot_of.push_back(index);
@@ -159,7 +157,7 @@ class collector {
 
 uint32_t crc_of(const calib::zoom_observations &seen) {
     uint32_t crc = 0;
-    for (const calib::zoom_capture &capture : seen.captures) {
+    for (const calib::capture &capture : seen.captures) {
         for (size_t side = 0; side < 2; side++) {
             for (const calib::corner &corner : capture.view[side].corners) {
                 const double values[2] = {corner.x_px, corner.y_px};
