@@ -4,7 +4,6 @@
 #include "daemon/client/client.h"
 #include "daemon/surface/export_command.h"
 #include "daemon/surface/reconstruct_command.h"
-#include "daemon/surface/result/write.h"
 #include "tools/host/commands/commands.hpp"
 #include "tools/host/convert/calibration_file.hpp"
 #include "tools/host/debug/debug.hpp"
@@ -17,30 +16,27 @@
 
 namespace {
 
-const result_writer writers[] = {
-    {"disparity.pfm", false, write_pfm, WRITE_PFM_PIXEL_BYTES},
-    {"disparity.png", false, write_png_disparity, 0},
-    {"depth.png", true, write_png_depth, 0},
-    {"reasons.png", false, write_png_reasons, 0},
-    {"left_rectified.png", false, write_png_left, 0},
-    {"right_rectified.png", false, write_png_right, 0},
-    {"points.pcd", false, write_pcd, WRITE_PCD_PIXEL_BYTES},
-    {"mesh.ply", false, write_ply, WRITE_PLY_PIXEL_BYTES},
-    {"mesh.glb", false, write_glb, 0},
-    {"report.html", false, report_write, 0},
-    {"result.json", false, write_result, 0},
-};
-
 int run_reconstruct(int argc, char **argv) {
-    const reconstruct_outputs outputs{writers,
-                                      sizeof writers / sizeof writers[0],
-                                      evaluate_truth_check,
-                                      debug_maker(),
-                                      mesh_simplify_make,
-                                      mesh_simplify_free};
-    const reconstruct_files files{image_formats().first, image_formats().count,
-                                  calibration_file_loader};
-    return reconstruct_command_run(&files, &outputs, argc, argv);
+    reconstruct_program program{};
+    program.formats = image_formats().first;
+    program.format_count = image_formats().count;
+    program.load_calibration = calibration_file_loader;
+    program.writers[RESULT_DISPARITY_PFM] = write_pfm;
+    program.writers[RESULT_DISPARITY_PNG] = write_png_disparity;
+    program.writers[RESULT_DEPTH_PNG] = write_png_depth;
+    program.writers[RESULT_REASONS_PNG] = write_png_reasons;
+    program.writers[RESULT_LEFT_PNG] = write_png_left;
+    program.writers[RESULT_RIGHT_PNG] = write_png_right;
+    program.writers[RESULT_POINTS_PCD] = write_pcd;
+    program.writers[RESULT_MESH_PLY] = write_ply;
+    program.writers[RESULT_MESH_GLB] = write_glb;
+    program.writers[RESULT_REPORT_HTML] = report_write;
+    program.writers[RESULT_RESULT_JSON] = write_result;
+    program.check_truth = evaluate_truth_check;
+    program.make_mesh = mesh_simplify_make;
+    program.free_mesh = mesh_simplify_free;
+    debug_offer(&program);
+    return reconstruct_command_run(&program, argc, argv);
 }
 
 const client_command commands[] = {

@@ -23,12 +23,6 @@
 /// The options follow: the first RECONSTRUCT_SHARED of reconstruct_arguments.
 enum { SESSION, OPTIONS, ARGUMENTS = OPTIONS + RECONSTRUCT_SHARED };
 
-static const struct reconstruct_texts texts = {.scale = "scale",
-                                               .smaller = "scale",
-                                               .depth = "near and far",
-                                               .search = "near and far",
-                                               .accept = CAPTURE_ACCEPT_WORD};
-
 /// One call. Allocated, as it is large.
 struct surface {
     const struct command_call *call;
@@ -150,8 +144,8 @@ static int make_request(struct surface *self) {
         return command_fail(self->call, ERROR_RANGE, "reconstruct: %s", wrong);
     }
     struct message message;
-    int error = result_files_check(self->request.files, reconstruct_outputs_plain.writers,
-                                   reconstruct_outputs_plain.writer_count, &message);
+    int error =
+        result_format_check(self->request.files, reconstruct_program_system.writers, &message);
     if (error != 0) {
         return command_fail(self->call, error, "reconstruct: %s", message.text);
     }
@@ -285,16 +279,20 @@ static void keep_peaks(const struct surface *self) {
 }
 
 static int compute(struct surface *self) {
-    const struct reconstruct_caller caller = {.read = read_session,
+    const struct reconstruct_caller caller = {.scale = "scale",
+                                              .smaller = "scale",
+                                              .depth = "near and far",
+                                              .search = "near and far",
+                                              .accept = CAPTURE_ACCEPT_WORD,
+                                              .read = read_session,
                                               .source = self,
                                               .should_stop = should_stop,
                                               .progress = show_progress,
                                               .self = self};
     struct reconstruct_job *job = &self->job;
     self->request.out_path = self->out_path;
-    job->outputs = &reconstruct_outputs_plain;
+    job->program = &reconstruct_program_system;
     job->request = &self->request;
-    job->texts = &texts;
     job->caller = &caller;
     job->check_space = true;
     job->files = daemon_of(self->call)->files_fd;
@@ -344,9 +342,8 @@ static const struct command commands[] = {
     {.name = "reconstruct",
      .summary = "measure a surface from the last pair, or from a recorded one",
      .help =
-         "Writes mesh.ply, points.pcd, disparity.pfm, reasons.pgm and result.json to the directory "
-         "surface-SESSION-PAIR, which appears once it is complete, or those that \"files\" lists. "
-         "Uses the session's "
+         "Writes " RESULT_FORMAT_SYSTEM_NAMES "or those that \"files\" lists, to the directory "
+         "surface-SESSION-PAIR, which appears once it is complete. Uses the session's "
          "calibration, else the saved one; one of the whole sensor is cut to the frames' window. "
          "1 % of the points are nearer than depth_near, 1 % farther than depth_far. A lower scale "
          "takes less memory and time.",

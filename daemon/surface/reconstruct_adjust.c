@@ -42,11 +42,11 @@ static size_t larger(size_t one, size_t other) {
 }
 
 /// For `count` pairs: their grey pictures, and the larger of developing and refining.
-static size_t need_bytes(const struct reconstruct_adjust_pair *pairs, int count) {
+static size_t need_bytes(const struct pair *const *pairs, int count) {
     size_t bytes = 0, most = 0;
     for (int i = 0; i < count; i++) {
         for (int side = 0; side < RIG_SIDES; side++) {
-            const struct raw_image *raw = &pairs[i].pair->frame[side].image;
+            const struct raw_image *raw = &pairs[i]->frame[side].image;
             const size_t width = (size_t)raw->width_px, height = (size_t)raw->height_px;
             const size_t developing =
                 arena_need_bytes(width * STRIP_ROWS, 3) + develop_need_bytes(raw->width_px, 16, 1);
@@ -61,15 +61,16 @@ static size_t need_bytes(const struct reconstruct_adjust_pair *pairs, int count)
     return bytes + most;
 }
 
-static int make_picture(const struct reconstruct_adjust_pair *from, const double depth_mm[2],
-                        struct arena *arena, struct adjust_picture *picture) {
+static int make_picture(const struct pair *pair, const struct zoom_state *state,
+                        const double depth_mm[2], struct arena *arena,
+                        struct adjust_picture *picture) {
     *picture = (struct adjust_picture){
-        .axes = from->state,
+        .axes = *state,
         .depth_near_mm = depth_mm[0] > 0 ? depth_mm[0] : nearest_mm,
         .depth_far_mm = depth_mm[1] > 0 ? depth_mm[1] : INFINITY,
     };
     for (int side = 0; side < RIG_SIDES; side++) {
-        const struct pair_frame *frame = &from->pair->frame[side];
+        const struct pair_frame *frame = &pair->frame[side];
         picture->window[side] = (struct calibration_window){
             frame->window.column_px, frame->window.row_px, frame->window.skip};
         uint8_t *pixels =
@@ -118,13 +119,13 @@ static int adjust_by_wide_pair(const struct zoom_calibration *zoom,
     return error;
 }
 
-static int adjust(const struct zoom_calibration *zoom, const struct reconstruct_adjust_pair *pairs,
-                  int count, const double depth_mm[2], struct arena *arena,
-                  struct calibration *calibration, struct reconstruct_context *context,
-                  struct calibration_fault *fault) {
+static int adjust(const struct zoom_calibration *zoom, const struct pair *const *pairs,
+                  const struct zoom_state *states, int count, const double depth_mm[2],
+                  struct arena *arena, struct calibration *calibration,
+                  struct reconstruct_context *context, struct calibration_fault *fault) {
     struct adjust_picture picture[2];
     for (int i = 0; i < count; i++) {
-        const int error = make_picture(&pairs[i], depth_mm, arena, &picture[i]);
+        const int error = make_picture(pairs[i], &states[i], depth_mm, arena, &picture[i]);
         if (error != ERROR_OK) {
             return error;
         }
@@ -143,17 +144,18 @@ static int adjust(const struct zoom_calibration *zoom, const struct reconstruct_
                : error;
 }
 
-int reconstruct_adjust(const struct zoom_calibration *zoom,
-                       const struct reconstruct_adjust_pair *pairs, int count,
-                       const double depth_mm[2], struct calibration *calibration,
-                       struct reconstruct_context *context, struct message *message) {
+int reconstruct_adjust(const struct zoom_calibration *zoom, const struct pair *const *pairs,
+                       const struct zoom_state *states, int count, const double depth_mm[2],
+                       struct calibration *calibration, struct reconstruct_context *context,
+                       struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
     const size_t bytes = need_bytes(pairs, count);
     void *memory = malloc(bytes);
     struct arena arena;
     arena_init(&arena, memory, memory == NULL ? 0 : bytes);
-    context->with_pair = count > 1 ? pairs[1].pair->number : 0;
-    const int error = adjust(zoom, pairs, count, depth_mm, &arena, calibration, context, &fault);
+    context->with_pair = count > 1 ? pairs[1]->number : 0;
+    const int error =
+        adjust(zoom, pairs, states, count, depth_mm, &arena, calibration, context, &fault);
     free(memory);
     return error == ERROR_OK ? ERROR_OK
                              : calibration_at_refused("the calibration cannot be adjusted", error,

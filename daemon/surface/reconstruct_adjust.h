@@ -13,19 +13,14 @@
 extern "C" {
 #endif
 
-struct reconstruct_adjust_pair {
-    const struct pair *pair;
-    struct zoom_state state;
-};
-
-/// Refines the first of `count` pairs; the second, if there is one, is of the same scene at another
-/// zoom, with pan untouched. `depth_mm`: nearest and farthest depth of the scene; 0 0:
-/// not known. Returns 0 with the calibration of the frames as they are and the reports in
-/// `context`, or an error with `message` set.
-int reconstruct_adjust(const struct zoom_calibration *zoom,
-                       const struct reconstruct_adjust_pair *pairs, int count,
-                       const double depth_mm[2], struct calibration *calibration,
-                       struct reconstruct_context *context, struct message *message);
+/// Refines the first of `count` pairs, taken in these states; the second, if there is one, is of
+/// the same scene at another zoom, with pan untouched. `depth_mm`: nearest and farthest depth of
+/// the scene; 0 0: not known. Returns 0 with the calibration of the frames as they are and the
+/// reports in `context`, or an error with `message` set.
+int reconstruct_adjust(const struct zoom_calibration *zoom, const struct pair *const *pairs,
+                       const struct zoom_state *states, int count, const double depth_mm[2],
+                       struct calibration *calibration, struct reconstruct_context *context,
+                       struct message *message);
 
 /// Warns of what the pictures did not show, if it matters.
 void reconstruct_adjust_doubt(struct reconstruct_context *context);

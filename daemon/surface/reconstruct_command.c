@@ -11,28 +11,6 @@
 #include "daemon/surface/reconstruct_session.h"
 #include "daemon/surface/reconstruct_summary.h"
 #include "daemon/surface/result/result_json.h"
-#include "daemon/surface/result/write.h"
-
-static const struct result_writer writers[] = {
-    {"disparity.pfm", false, write_pfm, WRITE_PFM_PIXEL_BYTES},
-    {"reasons.pgm", false, write_reasons, 1},
-    {"points.pcd", false, write_pcd, WRITE_PCD_PIXEL_BYTES},
-    {"mesh.ply", false, write_ply, WRITE_PLY_PIXEL_BYTES},
-    {"result.json", false, write_result, 0},
-};
-
-const struct reconstruct_outputs reconstruct_outputs_plain = {
-    .writers = writers,
-    .writer_count = sizeof writers / sizeof writers[0],
-};
-
-static const struct reconstruct_texts texts = {
-    .scale = "--scale",
-    .smaller = "--scale or --region",
-    .depth = "--near and --far",
-    .search = "--near and --far, or --disparity",
-    .accept = "--accept-mismatch",
-};
 
 static void expect(void *self, const double *work_ns, int stages) {
     progress_expect(self, work_ns, stages);
@@ -83,28 +61,31 @@ static void print_failure(const struct reconstruct_job *job, int error) {
             job->message.text);
 }
 
-int reconstruct_command_run(const struct reconstruct_files *files,
-                            const struct reconstruct_outputs *outputs, int argc, char **argv) {
+int reconstruct_command_run(const struct reconstruct_program *program, int argc, char **argv) {
     struct reconstruct_request request;
-    struct reconstruct_files readable = *files;
+    struct reconstruct_program readable = *program;
     struct progress progress;
     static struct reconstruct_session session;
-    struct reconstruct_caller caller = {.read = reconstruct_inputs_read,
+    struct reconstruct_caller caller = {.scale = "--scale",
+                                        .smaller = "--scale or --region",
+                                        .depth = "--near and --far",
+                                        .search = "--near and --far, or --disparity",
+                                        .accept = "--accept-mismatch",
+                                        .read = reconstruct_inputs_read,
                                         .source = &readable,
                                         .expect = expect,
                                         .progress = show_progress,
                                         .self = &progress};
-    struct reconstruct_job job = {
-        .outputs = outputs, .request = &request, .texts = &texts, .caller = &caller};
+    struct reconstruct_job job = {.program = program, .request = &request, .caller = &caller};
     const int exit_code = reconstruct_request_parse(argc, argv, &request);
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;
     }
-    if (request.debug_path != NULL && outputs->debug_maker == NULL) {
+    if (request.debug_path != NULL && program->debug_file_count == 0) {
         fputs("vergence reconstruct: --debug is not supported by this program\n", stderr);
         return CLIENT_USAGE;
     }
-    if (outputs->make_mesh == NULL &&
+    if (program->make_mesh == NULL &&
         (request.triangles > 0 || request.error_mm > 0 || request.compress)) {
         fputs(
             "vergence reconstruct: --triangles, --error and --compress are not supported by this "
@@ -112,8 +93,7 @@ int reconstruct_command_run(const struct reconstruct_files *files,
             stderr);
         return CLIENT_USAGE;
     }
-    if (result_files_check(request.files, outputs->writers, outputs->writer_count, &job.message) !=
-        ERROR_OK) {
+    if (result_format_check(request.files, program->writers, &job.message) != ERROR_OK) {
         fprintf(stderr, "vergence reconstruct: %s\n", job.message.text);
         return CLIENT_USAGE;
     }
@@ -121,7 +101,7 @@ int reconstruct_command_run(const struct reconstruct_files *files,
         session.parent = AT_FDCWD;
         session.path = request.session_path;
         session.number = (uint32_t)request.pair;
-        session.load_calibration = files->load_calibration;
+        session.load_calibration = program->load_calibration;
         session.missing =
             ": give --calibration FILE (or --rectified for a rectified pair without one)";
         caller.read = reconstruct_session_read;

@@ -10,9 +10,8 @@
 extern "C" {
 #endif
 
-/// Runs the command and returns its exit code, see client.h. `files`: what can be read.
-int reconstruct_command_run(const struct reconstruct_files *files,
-                            const struct reconstruct_outputs *outputs, int argc, char **argv);
+/// Runs the command and returns its exit code, see client.h.
+int reconstruct_command_run(const struct reconstruct_program *program, int argc, char **argv);
 
 #ifdef __cplusplus
 }

@@ -41,13 +41,13 @@ static int refuse_two_sizes(const struct reconstruct_inputs *inputs, struct mess
 }
 
 static int read_images(const struct reconstruct_request *request,
-                       const struct reconstruct_files *files,
+                       const struct reconstruct_program *program,
                        const struct image_request *image_request, struct reconstruct_inputs *inputs,
                        struct message *message) {
-    int error = image_file_read(request->left_path, files->formats, files->format_count,
+    int error = image_file_read(request->left_path, program->formats, program->format_count,
                                 image_request, &inputs->left, message);
     if (error == ERROR_OK) {
-        error = image_file_read(request->right_path, files->formats, files->format_count,
+        error = image_file_read(request->right_path, program->formats, program->format_count,
                                 image_request, &inputs->right, message);
     }
     if (error == ERROR_OK) {
@@ -253,7 +253,7 @@ void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
 int reconstruct_inputs_read(void *self, const struct reconstruct_request *request,
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message) {
-    const struct reconstruct_files *files = self;
+    const struct reconstruct_program *program = self;
     const struct image_request image_request = {
         .bits = request->bits,
         .bayer = request->bayer < 0    ? IMAGE_BAYER_BY_FORMAT
@@ -264,13 +264,13 @@ int reconstruct_inputs_read(void *self, const struct reconstruct_request *reques
         .scale = request->scale,
     };
     memset(inputs, 0, sizeof *inputs);
-    int error = read_images(request, files, &image_request, inputs, message);
+    int error = read_images(request, program, &image_request, inputs, message);
     if (error != ERROR_OK) {
         return error;
     }
     inputs->left.request = inputs->right.request = NULL;  // only valid during this call
     error =
-        reconstruct_inputs_calibrate(request, files->load_calibration, inputs, context, message);
+        reconstruct_inputs_calibrate(request, program->load_calibration, inputs, context, message);
     if (error == ERROR_OK && request->calibration_path != NULL) {
         compare_axes(inputs, context);
         error = reconstruct_inputs_fit(inputs, request->calibration_path, message);

@@ -5,6 +5,7 @@
 
 #include "daemon/images/image_file.h"
 #include "daemon/surface/calibration_loader.h"
+#include "daemon/surface/reconstruct_program.h"
 #include "daemon/surface/reconstruct_request.h"
 #include "daemon/surface/result/reconstruct_context.h"
 
@@ -20,30 +21,24 @@ struct reconstruct_inputs {
     bool metric;
 };
 
-/// The files that the request names, in the formats that a program can read: `source` of
-/// reconstruct_inputs_read, a job's `read`.
-struct reconstruct_files {
-    const struct image_format *formats;
-    int format_count;
-    calibration_loader *load_calibration;
-};
-int reconstruct_inputs_read(void *files, const struct reconstruct_request *request,
+/// A caller's `read` of the files that the request names. `program`: a struct reconstruct_program.
+int reconstruct_inputs_read(void *program, const struct reconstruct_request *request,
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message);
 
-/// For functions `read` of a job, once the images are read: loads the calibration that the request
-/// names, unchanged, or assumes one for the images if it names none.
+/// For functions `read` of a caller, once the images are read: loads the calibration that the
+/// request names, unchanged, or assumes one for the images if it names none.
 int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
                                  calibration_loader *load, struct reconstruct_inputs *inputs,
                                  struct reconstruct_context *context, struct message *message);
 
-/// For functions `read` of a job: fits the calibration named `name` to the images in memory, which
-/// may have been shrunk while reading. A calibration for images of their present size is used
+/// For functions `read` of a caller: fits the calibration named `name` to the images in memory,
+/// which may have been shrunk while reading. A calibration for images of their present size is used
 /// unchanged. ERROR_SIZE_MISMATCH and others with `message` set.
 int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
                            struct message *message);
 
-/// For functions `read` of a job: rejects images that are too small; and warns of doubts about
+/// For functions `read` of a caller: rejects images that are too small; and warns of doubts about
 /// them.
 int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct message *message);
 void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,

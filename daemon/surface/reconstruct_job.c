@@ -14,18 +14,11 @@
 #include "daemon/base/process.h"
 #include "daemon/base/workers.h"
 #include "daemon/session/calibration_match.h"
-#include "daemon/surface/reconstruct_beyond.h"
+#include "daemon/surface/reconstruct_doubts.h"
 #include "daemon/surface/reconstruct_pictures.h"
 #include "daemon/surface/reconstruct_space.h"
 #include "daemon/surface/reconstruct_summary.h"
 #include "daemon/surface/result/result_figures.h"
-
-/// A pair with a matching calibration exceeds this unless the scene is a blank wall; a pair whose
-/// rows are some pixels apart does not.
-static const double sparse_percent = 25;
-
-/// Recorded pairs have up to 6 % of such texture, a chessboard in view 10 to 20, a fence 30.
-static const double repeating_max_percent = 10;
 
 static const char interrupted[] = "interrupted; nothing was written";
 
@@ -62,7 +55,7 @@ static void choose_options(struct reconstruct_job *job) {
     options->fill = request->fill;
     options->refine = !request->no_refine;
     // Only the host's writers read the surface as a whole.
-    options->recompute_surface = job->outputs->make_mesh == NULL;
+    options->recompute_surface = job->program->make_mesh == NULL;
     if (request->preset >= 0) {
         options->preset = (enum match_preset)request->preset;
     }
@@ -127,15 +120,16 @@ static int protect_inputs(const struct reconstruct_job *job, struct message *mes
     const char *option = "--out";
     const char *name = NULL;
     const char *input = NULL;
-    for (int k = 0; input == NULL && k < job->outputs->writer_count; k++) {
-        name = job->outputs->writers[k].file_name;
-        input = replaced_input(request, request->out_path, name);
+    for (int k = 0; input == NULL && k < RESULT_FORMATS; k++) {
+        if (job->program->writers[k] != NULL) {
+            name = result_formats[k].file_name;
+            input = replaced_input(request, request->out_path, name);
+        }
     }
     if (input == NULL && request->debug_path != NULL) {
-        const struct reconstruct_debug_maker *maker = job->outputs->debug_maker;
         option = "--debug";
-        for (int k = 0; input == NULL && k < maker->file_count; k++) {
-            name = maker->file_names[k];
+        for (int k = 0; input == NULL && k < job->program->debug_file_count; k++) {
+            name = job->program->debug_files[k];
             input = replaced_input(request, request->debug_path, name);
         }
     }
@@ -154,13 +148,13 @@ static int check_truth(struct reconstruct_job *job) {
     if (context->ground_truth_path == NULL) {
         return ERROR_OK;
     }
-    if (job->outputs->check_truth == NULL) {
+    if (job->program->check_truth == NULL) {
         reconstruct_context_warn(
             context,
             "--ground-truth is ignored: this program writes no page that would compare with it");
         return ERROR_OK;
     }
-    const int error = job->outputs->check_truth(context, size_px, &job->message);
+    const int error = job->program->check_truth(context, size_px, &job->message);
     if (error != ERROR_OK) {
         return error;
     }
@@ -186,23 +180,30 @@ static void warn_assumed_depths(struct reconstruct_job *job) {
             &job->context,
             "no depth range was given; disparities %d to %d px were searched (set it by %s)",
             plan->disparity_min, plan->disparity_min + plan->disparity_count - 1,
-            job->context.texts->search);
+            job->caller->search);
     }
 }
 
-static int prepare(struct reconstruct_job *job) {
+/// Reads the inputs once all names of files are known to be good.
+static int read_inputs(struct reconstruct_job *job) {
+    const struct reconstruct_caller *caller = job->caller;
     int error = check_readable(job->request->ground_truth_path, &job->message);
-    if (error == ERROR_OK) {
-        error = check_readable(job->request->mask_path, &job->message);
+    if (error != ERROR_OK) {
+        return error;
     }
-    if (error == ERROR_OK) {
-        error = protect_inputs(job, &job->message);
+    error = check_readable(job->request->mask_path, &job->message);
+    if (error != ERROR_OK) {
+        return error;
     }
-    if (error == ERROR_OK) {
-        const struct reconstruct_caller *caller = job->caller;
-        error =
-            caller->read(caller->source, job->request, &job->inputs, &job->context, &job->message);
+    error = protect_inputs(job, &job->message);
+    if (error != ERROR_OK) {
+        return error;
     }
+    return caller->read(caller->source, job->request, &job->inputs, &job->context, &job->message);
+}
+
+static int prepare(struct reconstruct_job *job) {
+    int error = read_inputs(job);
     if (error != ERROR_OK) {
         return error;
     }
@@ -240,12 +241,12 @@ static int allocate(struct reconstruct_job *job) {
     }
     job->context.threads = workers_parallel(job->workers)->threads;
     const struct free_space need =
-        reconstruct_space_need(&job->context, job->outputs, job->request->files);
+        reconstruct_space_need(&job->context, job->program, job->request->files);
     job->context.arena_bytes = job->memory_bytes = (size_t)need.memory_bytes;
     if (job->check_space) {
         const struct free_space available = free_space_now(job->files, job->files_limit_bytes);
         if (!free_space_fits(&available, &need)) {
-            return reconstruct_space_refuse(&job->context, job->outputs, job->request->files,
+            return reconstruct_space_refuse(&job->context, job->program, job->request->files,
                                             &available, &job->message);
         }
     }
@@ -255,7 +256,7 @@ static int allocate(struct reconstruct_job *job) {
         job->memory = NULL;
         return message_set(&job->message, ERROR_MEMORY,
                            "out of memory: %.0f MB are required (make the images smaller with %s)",
-                           (double)job->memory_bytes / 1e6, job->context.texts->smaller);
+                           (double)job->memory_bytes / 1e6, job->caller->smaller);
     }
     return ERROR_OK;
 }
@@ -331,83 +332,50 @@ static void find_common_sigma(struct reconstruct_job *job) {
     }
 }
 
-static void record_doubts(struct reconstruct_job *job) {
-    const double density_percent = result_figures_density_percent(&job->result);
-    struct message cause;
-    if (reconstruct_pictures_explain(&job->context, &cause)) {
-        reconstruct_context_warn(&job->context, "only %.0f %% of the pixels could be measured: %s",
-                                 density_percent, cause.text);
-    } else if (density_percent < sparse_percent) {
-        reconstruct_context_warn(
-            &job->context,
-            "only %.0f %% of the pixels could be measured: check that the calibration belongs to "
-            "these images, and that the scene is within the search",
-            density_percent);
-    }
-    reconstruct_beyond_note(&job->context);
-    const uint32_t points = result_figures_measured_count(&job->result);
-    const double repeating_percent = points > 0 ? 100.0 * job->result.repeating_count / points : 0;
-    if (repeating_percent > repeating_max_percent) {
-        reconstruct_context_warn(&job->context,
-                                 "%.0f %% of the points lie on repeating texture: they may all be "
-                                 "off by one period; a narrower search (%s) leaves fewer periods",
-                                 repeating_percent < 100 ? repeating_percent : 100,
-                                 job->context.texts->search);
-    }
-    const struct triangulate_vertical *vertical = &job->result.vertical;
-    const double scale = job->options.rectify.scale;
-    if (vertical->samples == 0) {
-        reconstruct_context_warn(&job->context,
-                                 "too few textured matches to check that the rows of the rectified "
-                                 "images correspond");
-    }
-    const char *fault = result_figures_rows_fault(vertical, &job->result.plan, scale);
-    if (fault != NULL) {
-        reconstruct_context_warn(&job->context,
-                                 "the rows of the rectified images are %.2f px apart (median; 95 "
-                                 "%%: %.2f px): the calibration does not fit these images: %s",
-                                 vertical->median_px, vertical->p95_px, fault);
-    }
-}
-
-static bool is_wanted(const struct reconstruct_job *job, const char *file_name) {
-    const char *list = job->request->files;
-    return list == NULL || result_files_has(list, file_name);
+/// Whether the program writes the file and the request wants it.
+static bool is_wanted(const struct reconstruct_job *job, int format) {
+    return job->program->writers[format] != NULL &&
+           result_format_listed(job->request->files, result_formats[format].file_name);
 }
 
 /// Only if a file will contain it.
 static int simplify(struct reconstruct_job *job) {
     const struct reconstruct_request *request = job->request;
     const bool requested = request->triangles > 0 || request->error_mm > 0;
-    if (job->outputs->make_mesh == NULL || job->result.triangle_count == 0 ||
-        !(is_wanted(job, "mesh.glb") || (requested && is_wanted(job, "mesh.ply")))) {
+    if (job->program->make_mesh == NULL || job->result.triangle_count == 0 ||
+        !(is_wanted(job, RESULT_MESH_GLB) || (requested && is_wanted(job, RESULT_MESH_PLY)))) {
         return ERROR_OK;
     }
-    const int error = job->outputs->make_mesh(&job->context, request, &job->mesh, &job->message);
+    const int error = job->program->make_mesh(&job->context, request, &job->mesh, &job->message);
     if (error == ERROR_OK) {
-        job->mesh.requested = requested;
+        job->context.mesh_requested = requested;
         job->context.mesh = &job->mesh;
     }
     return error;
 }
 
+/// Whether a file has nothing to hold: millimetres, or a surface nearer than infinity.
+static bool is_void(const struct reconstruct_job *job, const struct result_format *format) {
+    const bool beyond =
+        job->result.triangle_count == 0 && job->result.reason_count[REASON_BEYOND] > 0;
+    return (format->metric_only && !job->context.metric) || (format->of_surface && beyond);
+}
+
 /// Writes into the hidden directory.
 static int write_results(struct reconstruct_job *job) {
-    const struct reconstruct_outputs *outputs = job->outputs;
-    for (int i = 0; i < outputs->writer_count; i++) {
-        const struct result_writer *writer = &outputs->writers[i];
+    for (int i = 0; i < RESULT_FORMATS; i++) {
+        const struct result_format *format = &result_formats[i];
         char path[ATOMIC_DIR_PATH_BYTES];
         job->caller->progress(job->caller->self, RECONSTRUCT_WORK_WRITE, "write", i,
-                              outputs->writer_count);
+                              RESULT_FORMATS);
         if (interrupt_requested()) {
             return message_set(&job->message, ERROR_CANCELLED, "%s", interrupted);
         }
-        if (!is_wanted(job, writer->file_name) || (writer->metric_only && !job->context.metric) ||
-            reconstruct_beyond_skips(&job->result, writer->file_name)) {
+        if (!is_wanted(job, i) || is_void(job, format)) {
             continue;
         }
-        atomic_dir_file_path(&job->directory, writer->file_name, path);
-        const int error = writer->write(&job->context, path, &job->message);
+        atomic_dir_file_path(&job->directory, format->file_name, path);
+        const int error = job->program->writers[i](&job->context, path, &job->message);
         if (error != ERROR_OK) {
             atomic_dir_name_final(&job->directory, &job->message);
             return error;
@@ -416,39 +384,77 @@ static int write_results(struct reconstruct_job *job) {
     return ERROR_OK;
 }
 
-/// Names of the results, of all or of those that are wanted. Returns their number.
+/// Names of the results, of all that the program writes or of those that are wanted. Returns their
+/// number.
 static int list_names(const struct reconstruct_job *job, bool all, const char **names) {
-    const struct reconstruct_outputs *outputs = job->outputs;
     int count = 0;
-    INVARIANT(outputs->writer_count >= 1 &&
-              outputs->writer_count <= RECONSTRUCT_OUTPUTS_WRITERS_MAX);
-    for (int i = 0; i < outputs->writer_count; i++) {
-        if (all || is_wanted(job, outputs->writers[i].file_name)) {
-            names[count++] = outputs->writers[i].file_name;
+    for (int i = 0; i < RESULT_FORMATS; i++) {
+        if (all ? job->program->writers[i] != NULL : is_wanted(job, i)) {
+            names[count++] = result_formats[i].file_name;
         }
     }
     return count;
 }
 
 static int commit_results(struct reconstruct_job *job) {
-    const char *names[RECONSTRUCT_OUTPUTS_WRITERS_MAX];
+    const char *names[RESULT_FORMATS];
     const int count = list_names(job, true, names);
     return atomic_dir_commit(&job->directory, names, count, names[count - 1], &job->message);
 }
 
-/// Images are also written if no surface was found, as they may show why. If they cannot be
-/// written, nothing is.
-static int draw(struct reconstruct_job *job, int error) {
+/// Starts to observe the matcher and creates the hidden directory, if the request asks for images
+/// of its stages.
+static int begin_debug(struct reconstruct_job *job) {
+    const struct reconstruct_program *program = job->program;
+    const struct reconstruct_request *request = job->request;
+    const int height_px = job->result.plan.height_px;
+    if (request->debug_path == NULL) {
+        return ERROR_OK;
+    }
+    INVARIANT(program->debug_file_count > 0);
+    const int row = request->debug_row >= 0 ? request->debug_row : height_px / 2;
+    if (row >= height_px) {
+        return message_set(&job->message, ERROR_ARGUMENT,
+                           "--debug-row: no row %d (the rectified left image has 0 to %d)", row,
+                           height_px - 1);
+    }
+    const int error =
+        atomic_dir_begin(&job->debug_directory, request->debug_path, program->debug_files,
+                         program->debug_file_count, &job->message);
+    if (error != ERROR_OK) {
+        // Failing to write is a failure, not bad input.
+        return error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
+    }
+    job->debug = program->debug_begin(&job->options, row);
+    return job->debug != NULL
+               ? ERROR_OK
+               : message_set(&job->message, ERROR_MEMORY, "out of memory for --debug");
+}
+
+/// Images are also written if no surface was found (`error`), as they may show why. If they cannot
+/// be written, nothing is.
+static int finish_debug(struct reconstruct_job *job, int error) {
+    const struct reconstruct_program *program = job->program;
     struct message message;
-    const int debug_error = reconstruct_debug_finish(&job->debug, &job->context, &message);
-    if (debug_error != ERROR_OK) {
+    if (job->debug == NULL) {
+        return error;
+    }
+    int failed = program->debug_write(job->debug, &job->context, &job->debug_directory, &message);
+    if (failed != ERROR_OK) {
+        atomic_dir_name_final(&job->debug_directory, &message);
+    } else {
+        failed = atomic_dir_commit(&job->debug_directory, program->debug_files,
+                                   program->debug_file_count,
+                                   program->debug_files[program->debug_file_count - 1], &message);
+    }
+    if (failed != ERROR_OK) {
         job->message = message;
     }
-    return debug_error != ERROR_OK ? debug_error : error;
+    return failed != ERROR_OK ? failed : error;
 }
 
 static int begin_directory(struct reconstruct_job *job) {
-    const char *names[RECONSTRUCT_OUTPUTS_WRITERS_MAX];
+    const char *names[RESULT_FORMATS];
     const int count = list_names(job, false, names);
     const int error =
         atomic_dir_begin(&job->directory, job->request->out_path, names, count, &job->message);
@@ -456,31 +462,49 @@ static int begin_directory(struct reconstruct_job *job) {
     return error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
 }
 
+/// Everything up to the hidden files.
+static int make_results(struct reconstruct_job *job) {
+    int error = allocate(job);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = compute(job);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    find_common_sigma(job);
+    reconstruct_doubts_record(&job->context);
+    error = simplify(job);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    return write_results(job);
+}
+
 static int run(struct reconstruct_job *job) {
     int error = prepare(job);
-    error = error == ERROR_OK ? begin_directory(job) : error;
-    if (error == ERROR_OK) {
-        error = reconstruct_debug_begin(&job->debug, job->outputs->debug_maker, job->request,
-                                        &job->result.plan, &job->options, &job->message);
+    if (error != ERROR_OK) {
+        return error;
     }
-    error = error == ERROR_OK ? allocate(job) : error;
-    error = error == ERROR_OK ? compute(job) : error;
-    if (error == ERROR_OK) {
-        find_common_sigma(job);
-        record_doubts(job);
-        error = simplify(job);
+    error = begin_directory(job);
+    if (error != ERROR_OK) {
+        return error;
     }
-    error = error == ERROR_OK ? write_results(job) : error;
+    error = begin_debug(job);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = make_results(job);
     if (error == ERROR_OK || error == ERROR_NO_SURFACE) {
-        error = draw(job, error);
+        error = finish_debug(job, error);
     }
     return error == ERROR_OK ? commit_results(job) : error;
 }
 
 int reconstruct_job_run(struct reconstruct_job *job) {
     job->start_us = monotonic_now_us();
-    job->context.texts = job->texts;
-    job->directory = job->debug.directory = (struct atomic_dir){.lock_fd = -1};
+    job->context.caller = job->caller;
+    job->directory = job->debug_directory = (struct atomic_dir){.lock_fd = -1};
     interrupt_ask(job->caller->should_stop, job->caller->self);
     const int error = run(job);
     interrupt_ask(NULL, NULL);
@@ -489,10 +513,13 @@ int reconstruct_job_run(struct reconstruct_job *job) {
 }
 
 void reconstruct_job_end(struct reconstruct_job *job) {
-    if (job->outputs->make_mesh != NULL) {
-        job->outputs->free_mesh(&job->mesh);
+    if (job->program->make_mesh != NULL) {
+        job->program->free_mesh(&job->mesh);
     }
-    reconstruct_debug_end(&job->debug);
+    atomic_dir_abort(&job->debug_directory);
+    if (job->debug != NULL) {
+        job->program->debug_end(job->debug);
+    }
     atomic_dir_abort(&job->directory);
     workers_destroy(job->workers);
     if (job->memory != NULL) {

@@ -13,6 +13,7 @@
 #include "daemon/files/input_file.h"
 #include "daemon/images/image_file.h"
 #include "daemon/surface/length_check.h"
+#include "daemon/surface/result/result_format.h"
 #include "stereo/image/image.h"
 #include "stereo/match/match.h"
 
@@ -156,8 +157,9 @@ static const struct option_page page = {
     .description =
         "Rectifies the pair, finds the disparity of every pixel of the left image, or the reason "
         "why there is none, and writes the surface in millimetres in the frame of the left camera "
-        "(x right, y down, z forward): meshes, point cloud, disparity and depth maps, a report "
-        "(report.html) and all figures (result.json).\n"
+        "(x right, y down, z forward), as files:\n"
+        ".vergence-files (which files these are)" RESULT_FORMAT_HELP
+        ".\n"
         "SESSION is a directory written by \"capture\" or \"record\" of vergenced: its last pair "
         "is measured with the session's calibration, unless --calibration names another.\n"
         "The directory of results appears once everything is written; before that, and after any "
@@ -215,7 +217,8 @@ static const char *check_calibration(const struct reconstruct_request *request) 
     return NULL;
 }
 
-const char *reconstruct_request_check_search(struct reconstruct_request *request) {
+/// What is wrong with the depths, which it completes; NULL: nothing.
+static const char *check_depths(struct reconstruct_request *request) {
     double *depth_mm = request->depth_mm;
     if (depth_mm[0] == 0 && depth_mm[1] > 0) {
         return "far requires near";
@@ -228,6 +231,14 @@ const char *reconstruct_request_check_search(struct reconstruct_request *request
     }
     if (depth_mm[1] > 0 && request->disparity[1] != 0) {
         return "near and far cannot be combined with disparity";
+    }
+    return NULL;
+}
+
+const char *reconstruct_request_check_search(struct reconstruct_request *request) {
+    const char *wrong = check_depths(request);
+    if (wrong != NULL) {
+        return wrong;
     }
     if (request->disparity[1] < 0 || (request->disparity[0] != 0 && request->disparity[1] == 0)) {
         return "disparity MIN:COUNT is empty (COUNT must be at least 1)";

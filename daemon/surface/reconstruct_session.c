@@ -162,7 +162,7 @@ static int match(struct reconstruct_session *self, const struct reconstruct_requ
     context->instrument = state.instrument;
     context->axes = state.origin;
     context->axes_compared = !calibration_match_is_partial(calibration, &state.origin);
-    const char *accept = request->accept_mismatch ? NULL : context->texts->accept;
+    const char *accept = request->accept_mismatch ? NULL : context->caller->accept;
     const int error = calibration_match(calibration, &state, accept, &context->mismatch);
     if (error != ERROR_OK && !request->accept_mismatch) {
         *message = context->mismatch;
@@ -230,15 +230,15 @@ static int check_with_pair(const struct reconstruct_session *self, struct messag
 }
 
 /// Sets where the motors were. An error names the axis that is unknown or outside its range.
-static int find_states(struct reconstruct_session *self, struct reconstruct_adjust_pair *pairs,
-                       int count, struct message *message) {
+static int find_states(struct reconstruct_session *self, const struct pair *const *pairs, int count,
+                       struct zoom_state *states, struct message *message) {
     int error = count > 1 ? check_with_pair(self, message) : ERROR_OK;
     for (int i = 0; i < count && error == ERROR_OK; i++) {
         struct calibration_match_state axes;
         calibration_match_pair(self->pair.profile,
-                               self->pair.has_instrument ? &self->pair.instrument : NULL,
-                               pairs[i].pair, &axes);
-        error = calibration_at_axes(&axes, &pairs[i].state, message);
+                               self->pair.has_instrument ? &self->pair.instrument : NULL, pairs[i],
+                               &axes);
+        error = calibration_at_axes(&axes, &states[i], message);
         if (error == ERROR_OK) {
             error = calibration_at_zoom(self->zoom, &axes, &self->calibration, message);
         }
@@ -249,8 +249,8 @@ static int find_states(struct reconstruct_session *self, struct reconstruct_adju
 /// Corrects the calibration by what the frames show, if it is of all zooms.
 static int adjust(struct reconstruct_session *self, const struct reconstruct_request *request,
                   struct reconstruct_context *context, struct message *message) {
-    struct reconstruct_adjust_pair pairs[2] = {{.pair = &self->pair.pair},
-                                               {.pair = &self->with_pair}};
+    const struct pair *const pairs[2] = {&self->pair.pair, &self->with_pair};
+    struct zoom_state states[2];
     const int count = request->with_pair > 0 ? 2 : 1;
     int error = find_zoom(self, request, message);
     if (error == ERROR_OK && self->zoom == NULL && count > 1) {
@@ -261,13 +261,13 @@ static int adjust(struct reconstruct_session *self, const struct reconstruct_req
     if (error != ERROR_OK || self->zoom == NULL) {
         return error;
     }
-    error = find_states(self, pairs, count, message);
+    error = find_states(self, pairs, count, states, message);
     if (error == ERROR_MISMATCH && self->pair.calibration_length > 0 && count == 1) {
         return ERROR_OK;  // the session's own calibration will do
     }
     if (error == ERROR_OK) {
-        error = reconstruct_adjust(self->zoom, pairs, count, request->depth_mm, &self->calibration,
-                                   context, message);
+        error = reconstruct_adjust(self->zoom, pairs, states, count, request->depth_mm,
+                                   &self->calibration, context, message);
         self->adjusted = context->self_calibrated = error == ERROR_OK;
     }
     return error;

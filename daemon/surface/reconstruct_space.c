@@ -2,46 +2,44 @@
 #include "daemon/surface/reconstruct_space.h"
 
 #include <stdio.h>
-#include <string.h>
 
 #include "core/error.h"
 
 enum { ADVICE_BYTES = 160, HEAD_BYTES = 65536, PARTS = 20 };
 
 static const double bytes_per_mb = 1e6;
-static const char mesh_name[] = "mesh.ply";
 
 /// What a message is made from.
 struct refusal {
     const struct reconstruct_context *context;
-    const struct reconstruct_outputs *outputs;
+    const struct reconstruct_program *program;
     const char *list;
     const struct free_space *available;
 };
 
 /// What is needed under a plan. `mesh`: with the mesh, if it is wanted.
 static struct free_space need_of(const struct reconstruct_context *context,
-                                 const struct reconstruct_outputs *outputs, const char *list,
+                                 const struct reconstruct_program *program, const char *list,
                                  const struct rectify_plan *plan, bool mesh) {
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
     const int width_px = context->left.width_px > context->right.width_px ? context->left.width_px
                                                                           : context->right.width_px;
     struct free_space need = {
         .memory_bytes = reconstruct_need_bytes(width_px, plan, context->options, context->threads)};
-    for (int i = 0; i < outputs->writer_count; i++) {
-        const struct result_writer *writer = &outputs->writers[i];
-        const bool listed = list == NULL || result_files_has(list, writer->file_name);
-        if (listed && (mesh || strcmp(writer->file_name, mesh_name) != 0)) {
-            need.files_bytes += (uint64_t)writer->pixel_bytes * pixels + HEAD_BYTES;
+    for (int i = 0; i < RESULT_FORMATS; i++) {
+        const struct result_format *format = &result_formats[i];
+        if (program->writers[i] != NULL && result_format_listed(list, format->file_name) &&
+            (mesh || i != RESULT_MESH_PLY)) {
+            need.files_bytes += (uint64_t)format->pixel_bytes * pixels + HEAD_BYTES;
         }
     }
     return need;
 }
 
 struct free_space reconstruct_space_need(const struct reconstruct_context *context,
-                                         const struct reconstruct_outputs *outputs,
+                                         const struct reconstruct_program *program,
                                          const char *list) {
-    return need_of(context, outputs, list, &context->result->plan, true);
+    return need_of(context, program, list, &context->result->plan, true);
 }
 
 /// Options for a part of the image: by a smaller scale, or a region in its middle.
@@ -63,7 +61,7 @@ static struct rectify_options part_of(const struct reconstruct_context *context,
 /// The largest scale or region that fits, as the user would write it; false: none.
 static bool advise_part(const struct refusal *self, bool region, char text[ADVICE_BYTES]) {
     const struct reconstruct_context *context = self->context;
-    const char *name = context->texts->scale;
+    const char *name = context->caller->scale;
     const char *dashes = name[0] == '-' ? "--" : "";
     const char sign = name[0] == '-' ? ' ' : '=';
     for (int i = PARTS - 1; i > 0; i--) {
@@ -72,7 +70,7 @@ static bool advise_part(const struct refusal *self, bool region, char text[ADVIC
         if (rectify_plan_make(context->calibration, &options, &plan) != ERROR_OK) {
             continue;
         }
-        const struct free_space need = need_of(context, self->outputs, self->list, &plan, true);
+        const struct free_space need = need_of(context, self->program, self->list, &plan, true);
         if (!free_space_fits(self->available, &need)) {
             continue;
         }
@@ -97,11 +95,12 @@ static void advise(const struct refusal *self, char advice[MESSAGE_BYTES]) {
         count += advise_part(self, false, parts[count]);
     }
     count += advise_part(self, true, parts[count]);
-    const struct free_space all = reconstruct_space_need(context, self->outputs, self->list);
+    const struct free_space all = reconstruct_space_need(context, self->program, self->list);
     const struct free_space need =
-        need_of(context, self->outputs, self->list, &context->result->plan, false);
+        need_of(context, self->program, self->list, &context->result->plan, false);
     if (need.files_bytes < all.files_bytes && free_space_fits(self->available, &need)) {
-        snprintf(parts[count++], ADVICE_BYTES, "all files but %s", mesh_name);
+        snprintf(parts[count++], ADVICE_BYTES, "all files but %s",
+                 result_formats[RESULT_MESH_PLY].file_name);
     }
     size_t length = 0;
     for (int i = 0; i < count; i++) {
@@ -111,15 +110,16 @@ static void advise(const struct refusal *self, char advice[MESSAGE_BYTES]) {
     if (count > 0) {
         snprintf(advice + length, MESSAGE_BYTES - length, " would fit");
     } else {
-        snprintf(advice, MESSAGE_BYTES, "make the images smaller with %s", context->texts->smaller);
+        snprintf(advice, MESSAGE_BYTES, "make the images smaller with %s",
+                 context->caller->smaller);
     }
 }
 
 int reconstruct_space_refuse(const struct reconstruct_context *context,
-                             const struct reconstruct_outputs *outputs, const char *list,
+                             const struct reconstruct_program *program, const char *list,
                              const struct free_space *available, struct message *message) {
-    const struct refusal self = {context, outputs, list, available};
-    const struct free_space need = reconstruct_space_need(context, outputs, list);
+    const struct refusal self = {context, program, list, available};
+    const struct free_space need = reconstruct_space_need(context, program, list);
     char advice[MESSAGE_BYTES];
     advise(&self, advice);
     if (need.files_bytes > available->files_bytes) {

@@ -88,15 +88,15 @@ static void print_pictures(const struct reconstruct_context *context, FILE *stre
 }
 
 static void print_mesh(const struct reconstruct_context *context, FILE *stream) {
-    const struct reconstruct_mesh *mesh = context->mesh;
+    const struct reconstruct_result *mesh = context->mesh;
     if (mesh == NULL) {
         return;
     }
-    fprintf(stream, "mesh        %" PRIu32 " triangles in %s", mesh->result.triangle_count,
-            mesh->requested ? "mesh.glb and mesh.ply" : "mesh.glb");
+    fprintf(stream, "mesh        %" PRIu32 " triangles in %s", mesh->triangle_count,
+            context->mesh_requested ? "mesh.glb and mesh.ply" : "mesh.glb");
     if (context->metric) {
-        fprintf(stream, ", %.3g mm off the points (median), %.3g mm (99 %%)", mesh->median_mm,
-                mesh->p99_mm);
+        fprintf(stream, ", %.3g mm off the points (median), %.3g mm (99 %%)",
+                context->mesh_median_mm, context->mesh_p99_mm);
     }
     fputc('\n', stream);
 }
@@ -153,7 +153,7 @@ void reconstruct_summary_no_surface(const struct reconstruct_context *context,
 static void no_disparities(int error, const struct reconstruct_context *context,
                            struct message *message) {
     const struct rectify_options *rectify = &context->options->rectify;
-    const struct reconstruct_texts *texts = context->texts;
+    const struct reconstruct_caller *caller = context->caller;
     const int first_px = rectify->disparity_min, count = rectify->disparity_count;
     if (count > 0 && count <= MATCH_MAX_DISPARITIES && first_px >= -MATCH_DISPARITY_LIMIT &&
         first_px <= MATCH_DISPARITY_LIMIT - count) {
@@ -166,7 +166,7 @@ static void no_disparities(int error, const struct reconstruct_context *context,
                     "the search needs disparities outside of %d to %d px, or more than %d of them: "
                     "narrow it with %s, or make the images smaller with %s",
                     -MATCH_DISPARITY_LIMIT, MATCH_DISPARITY_LIMIT, MATCH_MAX_DISPARITIES,
-                    texts->search, texts->scale);
+                    caller->search, caller->scale);
     }
 }
 
@@ -174,14 +174,14 @@ void reconstruct_summary_no_plan(int error, const struct reconstruct_context *co
                                  struct message *message) {
     const struct calibration *calibration = context->calibration;
     const struct rectify_options *rectify = &context->options->rectify;
-    const struct reconstruct_texts *texts = context->texts;
+    const struct reconstruct_caller *caller = context->caller;
     switch (error) {
         case ERROR_DEPTH_RANGE:
             message_set(
                 message, error, "the depth range %.6g:%.6g mm is empty: give %s",
                 rectify->depth_near_mm > 0 ? rectify->depth_near_mm : calibration->depth_near_mm,
                 rectify->depth_near_mm > 0 ? rectify->depth_far_mm : calibration->depth_far_mm,
-                texts->depth);
+                caller->depth);
             break;
         case ERROR_DISPARITY_RANGE:
             no_disparities(error, context, message);
@@ -193,13 +193,13 @@ void reconstruct_summary_no_plan(int error, const struct reconstruct_context *co
             message_set(message, error,
                         "the two cameras share no field of view in the depths searched: check %s, "
                         "and the order of left and right",
-                        texts->depth);
+                        caller->depth);
             break;
         case ERROR_TOO_LARGE:
             message_set(message, error,
                         "the rectified images would exceed the maximum of %dx%d pixels: give a %s "
                         "below %.3g",
-                        IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, texts->scale,
+                        IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, caller->scale,
                         // In the user's terms: the reader may have done part of the shrinking.
                         rectify->scale / context->shrink);
             break;

@@ -22,30 +22,41 @@ extern "C" {
 
 enum { RECONSTRUCT_CONTEXT_WARNINGS = 16 };
 
-/// Names of what the user can change, for messages: options of the command line, or arguments at
-/// the console.
-struct reconstruct_texts {
+struct reconstruct_context;
+struct reconstruct_inputs;
+struct reconstruct_request;
+
+/// Who runs a reconstruction: how it is spoken to, where its inputs come from and who observes it.
+/// All functions are called on the thread that runs the job.
+struct reconstruct_caller {
+    // Names of what the user can change, for messages: options of the command line, or arguments at
+    // the console.
     const char *scale;    // sets the size of the rectified images
     const char *smaller;  // everything that makes them smaller
     const char *depth;    // sets the depth range
     const char *search;   // everything that sets the search range
     const char *accept;   // accepts a calibration that does not belong to the pair
+    /// Provides what the request asks for and adds assumptions and doubts to the context's
+    /// warnings. Returns 0, or a negative error code with `message` set and nothing to free. What
+    /// `source` points to stays valid until the job ends.
+    int (*read)(void *source, const struct reconstruct_request *request,
+                struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                struct message *message);
+    void *source;
+    /// True: the job should end soon with ERROR_CANCELLED. NULL: only signals end it.
+    bool (*should_stop)(void *self);
+    /// Relative work of the stages 0 to `stages` - 1, before they begin. NULL: not wanted.
+    void (*expect)(void *self, const double *work_ns, int stages);
+    /// `done` of `total` parts of a stage are done; `what` has static storage.
+    void (*progress)(void *self, int stage, const char *what, int done, int total);
+    void *self;
 };
 
 /// Unit of mesh.ply and points.pcd, in the order of the option --mesh-unit.
 enum reconstruct_unit { RECONSTRUCT_MM, RECONSTRUCT_CM, RECONSTRUCT_M };
 
-/// The simplified surface. Its vertices are points of the full surface.
-struct reconstruct_mesh {
-    struct reconstruct_result
-        result;      // full result with its own points, pixels, normals, triangles
-    bool requested;  // by --triangles or --error: mesh.ply contains it too
-    double median_mm, p99_mm, max_mm;  // distance of the full surface's points
-    uint32_t uncovered;                // points outside its borders
-};
-
 struct reconstruct_context {
-    const struct reconstruct_texts *texts;
+    const struct reconstruct_caller *caller;
     const struct reconstruct_result *result;
     const struct calibration *calibration;      // in use; of the shrunk images if `shrink` > 1
     const struct reconstruct_options *options;  // in use
@@ -85,8 +96,13 @@ struct reconstruct_context {
 
     bool metric;  // false: focal length or baseline are assumed, lengths are not real millimetres
     int shrink;   // integer factor by which the reader shrank the images; 1: not shrunk
-    const struct reconstruct_mesh *mesh;  // NULL: not simplified
-    bool compress;                        // of mesh.glb
+    /// The simplified surface, with its own points, pixels, normals and triangles; its vertices are
+    /// points of the full surface. NULL: not simplified.
+    const struct reconstruct_result *mesh;
+    bool mesh_requested;  // by --triangles or --error: mesh.ply contains it too
+    double mesh_median_mm, mesh_p99_mm, mesh_max_mm;  // distance of the full surface's points
+    uint32_t mesh_uncovered;                          // points outside its borders
+    bool compress;                                    // of mesh.glb
     enum reconstruct_unit mesh_unit;
 
     struct message warnings[RECONSTRUCT_CONTEXT_WARNINGS];  // assumptions and doubts
@@ -114,25 +130,6 @@ const struct reconstruct_result *reconstruct_context_ply(const struct reconstruc
 /// The unit of mesh.ply and points.pcd: its name, and its length in micrometres.
 const char *reconstruct_context_unit_name(const struct reconstruct_context *context);
 float reconstruct_context_unit_um(const struct reconstruct_context *context);
-
-/// One file of a result directory.
-struct result_writer {
-    const char *file_name;
-    bool metric_only;  // not written if lengths are not real millimetres
-    /// Writes the file; returns 0, or a negative error code with `message` set. May leave a partial
-    /// file on failure: its directory is then removed.
-    int (*write)(const struct reconstruct_context *context, const char *path,
-                 struct message *message);
-    /// Maximum size for each pixel of the rectified image, to which a head is added; 0: unknown.
-    int pixel_bytes;
-};
-
-/// Whether `list`, the value of the option files (names separated by commas), names the file.
-bool result_files_has(const char *list, const char *file_name);
-
-/// 0, or ERROR_ARGUMENT with `message` naming a file that none of the writers (`count`) writes.
-int result_files_check(const char *list, const struct result_writer *writers, int count,
-                       struct message *message);
 
 #ifdef __cplusplus
 }

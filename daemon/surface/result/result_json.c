@@ -129,21 +129,21 @@ static void print_counts(const struct reconstruct_context *context, struct json 
 }
 
 static void print_mesh(const struct reconstruct_context *context, struct json *json) {
-    const struct reconstruct_mesh *mesh = context->mesh;
+    const struct reconstruct_result *mesh = context->mesh;
     if (mesh == NULL) {
         json_null(json, "mesh");
         return;
     }
     json_open_object(json, "mesh");
-    json_integer(json, "vertices", mesh->result.vertex_count);
-    json_integer(json, "triangles", mesh->result.triangle_count);
-    json_bool(json, "requested", mesh->requested);
+    json_integer(json, "vertices", mesh->vertex_count);
+    json_integer(json, "triangles", mesh->triangle_count);
+    json_bool(json, "requested", context->mesh_requested);
     json_open_object(json, "distance_mm");
-    json_real(json, "median", mesh->median_mm, 4);
-    json_real(json, "p99", mesh->p99_mm, 4);
-    json_real(json, "max", mesh->max_mm, 4);
+    json_real(json, "median", context->mesh_median_mm, 4);
+    json_real(json, "p99", context->mesh_p99_mm, 4);
+    json_real(json, "max", context->mesh_max_mm, 4);
     json_close_object(json);
-    json_integer(json, "uncovered", mesh->uncovered);
+    json_integer(json, "uncovered", context->mesh_uncovered);
     json_close_object(json);
 }
 

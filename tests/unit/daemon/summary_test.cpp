@@ -9,7 +9,12 @@
 
 namespace {
 
-const reconstruct_texts texts{"--scale", "--scale", "--depth", "--depth", "--accept-mismatch"};
+const reconstruct_caller caller = [] {
+    reconstruct_caller named{};
+    named.scale = named.smaller = "--scale";
+    named.depth = named.search = "--depth";
+    return named;
+}();
 
 }  // namespace
 
@@ -19,7 +24,7 @@ TEST_CASE("the scale in the message is in the user's terms") {
     reconstruct_context context{};
     context.calibration = &rig;
     context.options = &options;
-    context.texts = &texts;
+    context.caller = &caller;
     message text;
     context.shrink = 1;
     options.rectify.scale = 0.8;
@@ -39,7 +44,7 @@ TEST_CASE("the message about an empty depth range states the range in use") {
     reconstruct_context context{};
     context.calibration = &rig;
     context.options = &options;
-    context.texts = &texts;
+    context.caller = &caller;
     context.shrink = 1;
     message text;
     reconstruct_summary_no_plan(ERROR_DEPTH_RANGE, &context, &text);

@@ -59,15 +59,17 @@ int write(void *self, const reconstruct_context *context, const atomic_dir *dire
 
 }  // namespace
 
-const reconstruct_debug_maker *debug_maker() {
+void debug_offer(reconstruct_program *program) {
     static const std::vector<const char *> names = [] {
         std::vector<const char *> all = debug_pictures_names();
         all.push_back(page_name);
         return all;
     }();
-    static const reconstruct_debug_maker maker = {names.data(), static_cast<int>(names.size()),
-                                                  begin, write, end};
-    return &maker;
+    program->debug_files = names.data();
+    program->debug_file_count = static_cast<int>(names.size());
+    program->debug_begin = begin;
+    program->debug_write = write;
+    program->debug_end = end;
 }
 
 namespace {

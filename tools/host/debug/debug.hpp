@@ -6,11 +6,11 @@
 
 #include <string>
 
-#include "daemon/surface/reconstruct_debug.h"
+#include "daemon/surface/reconstruct_program.h"
 #include "tools/host/debug/debug_pictures.hpp"
 
-/// For reconstruct_outputs; static storage.
-const reconstruct_debug_maker *debug_maker();
+/// Lets the program draw the matcher's stages.
+void debug_offer(reconstruct_program *program);
 
 /// debug.html: the pictures of --debug in order, with a sentence on what each shows and what to
 /// look for. It refers to the pictures next to it and needs no network.

@@ -275,10 +275,10 @@ void clear(reconstruct_result *mesh) {
 }
 
 void make(reconstruct_context *context, const reconstruct_request &request,
-          reconstruct_mesh *mesh) {
+          reconstruct_result *mesh) {
     const reconstruct_result &full = *context->result;
-    mesh->result = full;
-    clear(&mesh->result);
+    *mesh = full;
+    clear(mesh);
     const std::vector<bool> joined = mesh_distance_joined(full);
     triangle_list triangles;
     if (request.triangles > 0) {
@@ -288,13 +288,13 @@ void make(reconstruct_context *context, const reconstruct_request &request,
     } else {
         triangles = simplifier(full, false).within(all_triangles(full), default_tolerance_px(full));
     }
-    fill(full, triangles, &mesh->result);
+    fill(full, triangles, mesh);
     const mesh_distance distance = mesh_distance_measure(full, joined, triangles);
-    mesh->median_mm = distance.median_mm;
-    mesh->p99_mm = distance.p99_mm;
-    mesh->max_mm = distance.max_mm;
-    mesh->uncovered = distance.uncovered;
-    const std::uint32_t count = mesh->result.triangle_count;
+    context->mesh_median_mm = distance.median_mm;
+    context->mesh_p99_mm = distance.p99_mm;
+    context->mesh_max_mm = distance.max_mm;
+    context->mesh_uncovered = distance.uncovered;
+    const std::uint32_t count = mesh->triangle_count;
     if (request.triangles > 0 && count > static_cast<std::uint32_t>(request.triangles)) {
         reconstruct_context_warn(context,
                                  "%u triangles are left, not %d: fewer would close holes or join "
@@ -312,7 +312,7 @@ void make(reconstruct_context *context, const reconstruct_request &request,
 }  // namespace
 
 int mesh_simplify_make(reconstruct_context *context, const reconstruct_request *request,
-                       reconstruct_mesh *mesh, message *message) {
+                       reconstruct_result *mesh, message *message) {
     try {
         make(context, *request, mesh);
     } catch (const cancelled &) {
@@ -321,15 +321,15 @@ int mesh_simplify_make(reconstruct_context *context, const reconstruct_request *
         return message_set(message, ERROR_MEMORY,
                            "out of memory while simplifying the mesh: omit mesh.glb with "
                            "--files, or reduce the images with %s",
-                           context->texts->smaller);
+                           context->caller->smaller);
     }
     return ERROR_OK;
 }
 
-void mesh_simplify_free(reconstruct_mesh *mesh) {
-    std::free(mesh->result.points);
-    std::free(mesh->result.vertex_pixel);
-    std::free(mesh->result.normals_q14);
-    std::free(mesh->result.triangles);
-    clear(&mesh->result);
+void mesh_simplify_free(reconstruct_result *mesh) {
+    std::free(mesh->points);
+    std::free(mesh->vertex_pixel);
+    std::free(mesh->normals_q14);
+    std::free(mesh->triangles);
+    clear(mesh);
 }

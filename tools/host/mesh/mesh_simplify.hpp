@@ -10,11 +10,11 @@
 #ifndef VERGENCE_TOOLS_HOST_MESH_MESH_SIMPLIFY_HPP
 #define VERGENCE_TOOLS_HOST_MESH_MESH_SIMPLIFY_HPP
 
-#include "daemon/surface/reconstruct_job.h"
+#include "daemon/surface/reconstruct_program.h"
 
-/// `make_mesh` and `free_mesh` of reconstruct_outputs.
+/// `make_mesh` and `free_mesh` of reconstruct_program.
 int mesh_simplify_make(reconstruct_context *context, const reconstruct_request *request,
-                       reconstruct_mesh *mesh, message *message);
-void mesh_simplify_free(reconstruct_mesh *mesh);
+                       reconstruct_result *mesh, message *message);
+void mesh_simplify_free(reconstruct_result *mesh);
 
 #endif

@@ -277,8 +277,7 @@ void write_padded(const glb_bytes &bytes, output_file *file) {
 }  // namespace
 
 int write_glb(const reconstruct_context *context, const char *path, message *message) {
-    const reconstruct_result &mesh =
-        context->mesh != nullptr ? context->mesh->result : *context->result;
+    const reconstruct_result &mesh = context->mesh != nullptr ? *context->mesh : *context->result;
     if (mesh.triangle_count == 0) {
         return message_set(message, ERROR_NO_SURFACE,
                            "no surface was found: the points have no neighbours to join");
