@@ -198,22 +198,38 @@ bool only_counts(bridge_model &model, int camera) {
            model.blank[camera].counts(*model.top->rootp, !model.clocks[camera].level);
 }
 
+// The cameras whose clocks have an edge now, a bit each.
+unsigned edges_now(const bridge_model &model) {
+    return (model.clocks[0].next_ps == model.now_ps ? 1u : 0u) |
+           (model.clocks[1].next_ps == model.now_ps ? 2u : 0u);
+}
+
+// The camera whose clock alone has an edge; -1: both have.
+int only_camera(unsigned edges) {
+    return edges == 3 ? -1 : edges == 2 ? 1 : 0;
+}
+
+void note_fall(bridge_model &model) {
+    for (BlankSkip &blank : model.blank) {
+        blank.fell(*model.top->rootp);
+    }
+}
+
 // Runs one time step at which at least one clock has an edge.
 void step(bridge_model &model) {
     Clock &control = model.clocks[BRIDGE_CLOCK_CONTROL];
     const bool control_turns = control.next_ps == model.now_ps;
     const bool tick_was = model.top->tick_next_i != 0;
-    const unsigned edges = (model.clocks[0].next_ps == model.now_ps ? 1u : 0u) |
-                           (model.clocks[1].next_ps == model.now_ps ? 2u : 0u);
-    const int camera = edges == 2 ? 1 : 0;
-    const bool one_alone = !control_turns && edges != 3;
-    if (one_alone && only_counts(model, camera)) {
-        count_edge(model, camera);
+    const unsigned edges = edges_now(model);
+    const int alone = control_turns ? -1 : only_camera(edges);
+    if (alone >= 0 && only_counts(model, alone)) {
+        count_edge(model, alone);
         return;
     }
     // A change at a rising edge of the control clock, such as of the selected camera, came after
     // the pixel clock's last edge.
-    if (edges != 0 || tick_was || (control_turns && !control.level)) {
+    const bool rises = control_turns && !control.level;
+    if (edges != 0 || tick_was || rises) {
         catch_up(model);
     }
     if (control_turns) {
@@ -223,13 +239,11 @@ void step(bridge_model &model) {
     if (edges != 0) {
         model.top->pix_clk_i = pixel_clocks(model);
     } else if (!control.level && nothing_falls(model, tick_was)) {
-        for (BlankSkip &blank : model.blank) {
-            blank.fell(*model.top->rootp);
-        }
+        note_fall(model);
         return;
     }
     settle(model);
-    note_in_blanks(model, control_turns, one_alone ? camera : -1);
+    note_in_blanks(model, control_turns, alone);
     edges_of_cameras(model, edges);
 }
 

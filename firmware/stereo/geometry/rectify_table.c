@@ -128,6 +128,16 @@ static int compute_nodes(const struct source *source, struct rectify_table *tabl
     return ERROR_OK;
 }
 
+// Takes the memory of a table's nodes and of the spans of its rows.
+static int take_memory(struct arena *arena, struct rectify_table *table,
+                       struct rectify_span **view) {
+    const size_t nodes = (size_t)table->columns * (size_t)table->rows;
+    table->x_q16 = arena_take(arena, nodes, sizeof(int32_t));
+    table->y_q16 = arena_take(arena, nodes, sizeof(int32_t));
+    *view = arena_take(arena, (size_t)table->height_px, sizeof(struct rectify_span));
+    return table->x_q16 != NULL && table->y_q16 != NULL && *view != NULL ? ERROR_OK : ERROR_MEMORY;
+}
+
 int rectify_table_make(const struct rectify_plan *plan, const struct calibration *calibration,
                        enum rectify_side side, struct arena *arena, struct rectify_table *table) {
     INVARIANT(plan->width_px >= 1 && plan->width_px <= IMAGE_MAX_SIDE_PX);
@@ -151,15 +161,12 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
     }
     made.columns = node_count(plan->width_px, made.step_log2);
     made.rows = node_count(plan->height_px, made.step_log2);
-    const size_t nodes = (size_t)made.columns * (size_t)made.rows;
     const size_t mark = arena_mark(arena);
-    made.x_q16 = arena_take(arena, nodes, sizeof(int32_t));
-    made.y_q16 = arena_take(arena, nodes, sizeof(int32_t));
-    struct rectify_span *view =
-        arena_take(arena, (size_t)plan->height_px, sizeof(struct rectify_span));
-    if (made.x_q16 == NULL || made.y_q16 == NULL || view == NULL) {
+    struct rectify_span *view = NULL;
+    int error = take_memory(arena, &made, &view);
+    if (error != ERROR_OK) {
         arena_release(arena, mark);
-        return ERROR_MEMORY;
+        return error;
     }
     const struct source source = {
         .lens = lens,
@@ -170,7 +177,7 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
         .fy_px = plan->fy_px,
         .view_radius = lens_view_radius(lens),
     };
-    const int error = compute_nodes(&source, &made);
+    error = compute_nodes(&source, &made);
     if (error != ERROR_OK) {
         arena_release(arena, mark);
         return error;

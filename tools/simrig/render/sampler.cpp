@@ -137,46 +137,59 @@ Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
     return corner;
 }
 
-double pixel_luminance(const View &view, const PixelTask &task) {
+namespace {
+
+// The rays of one pixel so far.
+struct Rays {
+    const View &view;
+    const PixelTask &task;
     Remembered memory;
     double sum = 0;
     double square = 0;
     int n = 0;
+
+    void add_until(int count, int level) {
+        for (; n < count; n++) {
+            const double value = luminance_along(view, stratified_course(view, task, n, level),
+                                                 task.channel, memory);
+            sum += value;
+            square += value * value;
+        }
+    }
+    bool are_enough(int level) const { return settled(task, sum, square, n, level); }
+    double mean() const { return sum / n; }
+};
+
+}  // namespace
+
+double pixel_luminance(const View &view, const PixelTask &task) {
+    Rays rays{view, task, {}};
     double luminance = 0;
-    if (task.starts_smooth && smooth_luminance(view, task, memory, luminance)) {
+    if (task.starts_smooth && smooth_luminance(view, task, rays.memory, luminance)) {
         return luminance;
     }
     // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
     // make blurred outlines too sharp. Use at least half of the last level's rays.
     const bool edge_may_be_near = task.view_count == 1 && !task.starts_smooth;
-    const auto add = [&](int level) {
-        const double value =
-            luminance_along(view, stratified_course(view, task, n, level), task.channel, memory);
-        sum += value;
-        square += value * value;
-        n++;
-    };
     for (int level = kFirstLevel; level <= kLastLevel; level++) {
         const int count = 4 << (2 * level);
-        while (n < count) {
+        if (edge_may_be_near && level == kLastLevel) {
             // Not for textures: half of the shares are left out then, which the spread does not
             // show.
-            if (edge_may_be_near && level == kLastLevel && n == count / 2 &&
-                settled(task, sum, square, n, level)) {
-                return sum / n;
+            rays.add_until(count / 2, level);
+            if (rays.are_enough(level)) {
+                return rays.mean();
             }
-            add(level);
         }
-        const bool may_end = level == kLastLevel || !edge_may_be_near || memory.one_surface();
-        if (may_end && settled(task, sum, square, n, level)) {
-            return sum / n;
+        rays.add_until(count, level);
+        const bool may_end = level == kLastLevel || !edge_may_be_near || rays.memory.one_surface();
+        if (may_end && rays.are_enough(level)) {
+            return rays.mean();
         }
     }
     // Bright against dark: the same number again, rotated.
-    while (n < 2 * kMaxSamples) {
-        add(kLastLevel);
-    }
-    return sum / n;
+    rays.add_until(2 * kMaxSamples, kLastLevel);
+    return rays.mean();
 }
 
 Aperture::Aperture(double spot_rms_px) {

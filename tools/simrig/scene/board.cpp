@@ -123,6 +123,12 @@ double wave_mean(double x, const Filter &filter, double end) {
     });
 }
 
+// Whether a module of a marker is white; those of its border are not.
+bool is_white(std::uint16_t bits, int column, int row) {
+    const bool rim = column == 0 || row == 0 || column == 5 || row == 5;
+    return !rim && ((bits >> (15 - 4 * (row - 1) - (column - 1))) & 1) != 0;
+}
+
 // Ink of the marker in the square around a place, if there is one there.
 double marker_ink(const Board &board, double x, double y, const Filter &filter) {
     const int column = static_cast<int>(std::floor(x));
@@ -143,9 +149,7 @@ double marker_ink(const Board &board, double x, double y, const Filter &filter) 
     for (int j = bound(my - h.reach()); j <= bound(my + h.reach()); j++) {
         const double cover_y = covered(my, h, j, j + 1);
         for (int i = bound(mx - h.reach()); i <= bound(mx + h.reach()); i++) {
-            const bool rim = i == 0 || j == 0 || i == 5 || j == 5;
-            const bool white = !rim && ((bits >> (15 - 4 * (j - 1) - (i - 1))) & 1) != 0;
-            ink += white ? 0 : cover_y * covered(mx, h, i, i + 1);
+            ink += is_white(bits, i, j) ? 0 : cover_y * covered(mx, h, i, i + 1);
         }
     }
     return ink;

@@ -74,24 +74,27 @@ Arriving LightMap::at(const Vec3 &place_mm) const {
 
 void LightMap::smooth() {
     const std::vector<float> old = values_;
+    // Adds the neighbours of (x, y) in one row, weighted 1 2 1; returns the sum of the weights.
+    const auto add_row = [&](int x, int y, int z, double row_weight, Numbers &sum) {
+        double weight = 0;
+        for (int near = std::max(x - 1, 0); near <= std::min(x + 1, nodes_[0] - 1); near++) {
+            const double w = row_weight * (near == x ? 2.0 : 1.0);
+            const float *from = &old[index(near, y, z)];
+            for (std::size_t i = 0; i < kNumbers; i++) {
+                sum[i] += w * static_cast<double>(from[i]);
+            }
+            weight += w;
+        }
+        return weight;
+    };
     for (int z = 0; z < nodes_[2]; z++) {
         for (int y = 0; y < nodes_[1]; y++) {
             for (int x = 0; x < nodes_[0]; x++) {
                 Numbers sum = {};
                 double weight = 0;
-                for (int dy = -1; dy <= 1; dy++) {
-                    for (int dx = -1; dx <= 1; dx++) {
-                        if (x + dx < 0 || y + dy < 0 || x + dx >= nodes_[0] ||
-                            y + dy >= nodes_[1]) {
-                            continue;
-                        }
-                        const double w = (dx == 0 ? 2.0 : 1.0) * (dy == 0 ? 2.0 : 1.0);
-                        const float *from = &old[index(x + dx, y + dy, z)];
-                        for (std::size_t i = 0; i < kNumbers; i++) {
-                            sum[i] += w * static_cast<double>(from[i]);
-                        }
-                        weight += w;
-                    }
+                for (int near = std::max(y - 1, 0); near <= std::min(y + 1, nodes_[1] - 1);
+                     near++) {
+                    weight += add_row(x, near, z, near == y ? 2.0 : 1.0, sum);
                 }
                 float *to = &values_[index(x, y, z)];
                 for (std::size_t i = 0; i < kNumbers; i++) {
