@@ -50,11 +50,6 @@ static uint64_t leg_us(const struct rig_profile *profile, enum lens_axis axis, i
     return travel_us(profile, axis, counts) + 3 * lens_move_stall_us(profile, axis);
 }
 
-uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis) {
-    // Down, up, and down once more; each with the first readings of a leg.
-    return 3 * (lens_move_stall_us(profile, axis) + LENS_MOVE_STALL_US);
-}
-
 uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
                             int32_t distance_counts) {
     const int32_t beside = run_up(&profile->lens.axis[axis]) + 2 * LENS_MOVE_OFFSET_COUNTS;

@@ -68,11 +68,6 @@ struct lens_mover {
 /// time in which the slowest motor moves LENS_MOVE_STEP_COUNTS.
 uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis axis);
 
-/// A jam is reported at most this long after it began, on a line that works; LENS_MOVE_REST_US
-/// later the other lens is at rest. Close to a target a second approach is needed to distinguish a
-/// jam from drift.
-uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis);
-
 /// Whether there is room for the approach of a target: it must be far enough from the limit on that
 /// side. Otherwise the motor's play remains, up to its backlash.
 bool lens_move_has_room(const struct lens_axis_settings *settings, int32_t target);
