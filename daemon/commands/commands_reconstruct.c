@@ -43,7 +43,7 @@ static bool is_empty(int root, const char *name, struct session_pairs *pairs) {
     struct session_reader reader;
     struct message message;
     memset(pairs, 0, sizeof *pairs);
-    if (session_reader_open(&reader, root, name, NULL, &message) != 0) {
+    if (session_reader_open(&reader, root, name, NULL, &message) != ERROR_OK) {
         return false;
     }
     const bool empty = session_pairs_next(pairs, &reader, &message) == ERROR_MISSING;
@@ -89,7 +89,7 @@ static int choose_session(struct surface *self) {
     const struct command_call *call = self->call;
     const struct command_value *value = &call->values[SESSION];
     int error = files_need_directory(call);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     if (value->given) {
@@ -98,13 +98,13 @@ static int choose_session(struct surface *self) {
     } else if (self->request.pair == 0 &&
                (self->captured = last_pair_use(&daemon_of(call)->last_pair)) != NULL) {
         snprintf(self->session, sizeof self->session, "%s", self->captured->name);
-        return 0;
+        return ERROR_OK;
     } else if (!find_newest(daemon_of(call)->files_fd, self->session, &self->pairs)) {
         error =
             command_fail(call, ERROR_MISSING,
                          "reconstruct: no pair and no session with one (\"capture\" makes one)");
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     // Rejects links: only sessions in "files" are read.
@@ -112,7 +112,7 @@ static int choose_session(struct surface *self) {
     if (fd >= 0) {
         close(fd);
     }
-    return fd < 0 ? fd : 0;
+    return fd < 0 ? fd : ERROR_OK;
 }
 
 static void load_saved(struct surface *self) {
@@ -126,7 +126,7 @@ static void load_saved(struct surface *self) {
                           ? ERROR_MEMORY
                           : store->operations->load(store->self, STORE_CALIBRATION, self->stored,
                                                     STORE_CALIBRATION_BYTES, &length);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         INVARIANT(length <= STORE_CALIBRATION_BYTES);
         self->source.stored_text = self->stored;
         self->source.stored_length = length;
@@ -146,19 +146,19 @@ static int make_request(struct surface *self) {
     struct message message;
     int error =
         result_format_check(self->request.files, reconstruct_program_system.writers, &message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail(self->call, error, "reconstruct: %s", message.text);
     }
     error = length_check_depth(self->request.depth_mm[0], self->request.depth_mm[1],
                                "reconstruct: near and far", "", &message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail(self->call, error, "%s", message.text);
     }
     self->source.missing = ", and none is saved (\"calibration set FILE\" first)";
     self->source.parent = daemon_of(self->call)->files_fd;
     self->source.path = self->session;
     self->source.number = (uint32_t)self->request.pair;
-    return 0;
+    return ERROR_OK;
 }
 
 /// Reads the session and sets the path of the results, which depends on the pair found.
@@ -168,7 +168,7 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
     struct surface *self = cookie;
     const char *files = daemon_of(self->call)->config.files;
     const int error = reconstruct_session_read(&self->source, request, inputs, context, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     struct stat about;
@@ -182,7 +182,7 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
     const int length =
         snprintf(self->out_path, sizeof self->out_path, "%s/%s", files, self->result);
     INVARIANT(length > 0 && (size_t)length < sizeof self->out_path);
-    return 0;
+    return ERROR_OK;
 }
 
 static bool should_stop(void *cookie) {
@@ -299,7 +299,7 @@ static int compute(struct surface *self) {
     job->files_limit_bytes = (uint64_t)daemon_of(self->call)->config.files_limit_mb * 1000000;
     int error = reconstruct_job_run(job);
     keep_peaks(self);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_figures(self);
     } else {
         error = refuse_with_notes(self, error);
@@ -315,8 +315,10 @@ static int run_reconstruct(const struct command_call *call) {
     }
     self->call = call;
     int error = make_request(self);
-    error = error != 0 ? error : choose_session(self);
-    if (error == 0) {
+    if (error == ERROR_OK) {
+        error = choose_session(self);
+    }
+    if (error == ERROR_OK) {
         self->source.captured = self->captured;
         load_saved(self);
         error = compute(self);

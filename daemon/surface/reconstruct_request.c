@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "core/error.h"
 #include "daemon/base/workers.h"
 #include "daemon/cli/options.h"
 #include "daemon/files/input_file.h"
@@ -275,15 +276,16 @@ static const char *find_contradiction(struct reconstruct_request *request) {
 /// Rejects lengths that look like metres; returns 0, or an error code with `message` set.
 static int check_lengths(const struct reconstruct_request *request, struct message *message) {
     if (request->unit == 0) {
-        return 0;
+        return ERROR_OK;
     }
     const int error =
         length_check_depth(request->depth_mm[0], request->depth_mm[1], "--near and --far",
                            ", or confirm with --unit mm", message);
-    return error != 0 || request->baseline_mm == 0
-               ? error
-               : length_check_baseline(request->baseline_mm, "--baseline", "confirm with --unit mm",
-                                       message);
+    if (error != ERROR_OK || request->baseline_mm == 0) {
+        return error;
+    }
+    return length_check_baseline(request->baseline_mm, "--baseline", "confirm with --unit mm",
+                                 message);
 }
 
 struct reconstruct_request reconstruct_request_defaults(void) {
@@ -338,7 +340,7 @@ int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request 
         return CLIENT_USAGE;
     }
     struct message message;
-    if (check_lengths(request, &message) != 0) {
+    if (check_lengths(request, &message) != ERROR_OK) {
         fprintf(stderr, "vergence reconstruct: %s\n", message.text);
         return CLIENT_USAGE;
     }
