@@ -2,6 +2,7 @@
 #include "synthetic/board_image.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calib/base/marker.hpp"
@@ -115,25 +116,36 @@ struct PixelCorners {
     }
 };
 
-double mean_in(const PlaneMap &map, const Paint &paint, const PixelCorners &pixel, double u0,
-               double v0) {
-    const double side = 1.0 / fine;
-    const auto grey = [&](double u, double v) {
-        const Pixel p = map.on_board(pixel.at(u0 + u * side, v0 + v * side));
-        return paint.at(p.x, p.y);
-    };
-    const double first = grey(0, 0);
-    if (first == grey(1, 0) && first == grey(0, 1) && first == grey(1, 1) &&
-        first == grey(0.5, 0.5)) {
-        return first;
-    }
+// The mean over a fine pixel that begins at (u0, v0), whose corners do not all have the same paint.
+template <typename Grey>
+double mean_in(const Grey &grey, double u0, double v0) {
     // A lattice that is fine along both axes: no two samples share a row or a column, so edges
     // along the pixel grid are no worse than others. 89 / 144 is a ratio of Fibonacci numbers.
     double sum = 0;
     for (int i = 0; i < samples; i++) {
-        sum += grey((i + 0.5) / samples, (i * 89 % samples + 0.5) / samples);
+        sum +=
+            grey(u0 + (i + 0.5) / samples / fine, v0 + (i * 89 % samples + 0.5) / samples / fine);
     }
     return sum / samples;
+}
+
+// The greys of the fine pixels of a pixel, row by row.
+template <typename Grey>
+std::array<double, fine * fine> fine_greys(const Grey &grey) {
+    constexpr int side = fine + 1;
+    std::array<double, side * side> corner;
+    for (int i = 0; i < side * side; i++) {
+        corner[size_t(i)] = grey(double(i % side) / fine, double(i / side) / fine);
+    }
+    std::array<double, fine * fine> greys;
+    for (int i = 0; i < fine * fine; i++) {
+        const double u0 = double(i % fine) / fine, v0 = double(i / fine) / fine;
+        const double *at = &corner[size_t(i / fine * side + i % fine)];
+        const bool plain = at[0] == at[1] && at[0] == at[side] && at[0] == at[side + 1] &&
+                           at[0] == grey(u0 + 0.5 / fine, v0 + 0.5 / fine);
+        greys[size_t(i)] = plain ? at[0] : mean_in(grey, u0, v0);
+    }
+    return greys;
 }
 
 // The sharp image, `fine` times as large each way.
@@ -151,12 +163,13 @@ std::vector<float> sharp(const PlaneMap &map, const Paint &paint, const Camera &
         rays(y + 1, &lower);
         for (size_t x = 0; x < width; x++) {
             const PixelCorners pixel = {upper[x], upper[x + 1], lower[x], lower[x + 1]};
-            for (size_t j = 0; j < fine; j++) {
-                for (size_t i = 0; i < fine; i++) {
-                    image[(static_cast<size_t>(y) * fine + j) * width * fine + x * fine + i] =
-                        static_cast<float>(mean_in(map, paint, pixel, static_cast<double>(i) / fine,
-                                                   static_cast<double>(j) / fine));
-                }
+            const auto greys = fine_greys([&](double u, double v) {
+                const Pixel p = map.on_board(pixel.at(u, v));
+                return paint.at(p.x, p.y);
+            });
+            for (size_t i = 0; i < greys.size(); i++) {
+                const size_t row = static_cast<size_t>(y) * fine + i / fine;
+                image[row * width * fine + x * fine + i % fine] = static_cast<float>(greys[i]);
             }
         }
         std::swap(upper, lower);
