@@ -69,7 +69,7 @@ const std::map<std::string, double> max_growth = {
 // and more with them (`tools/bench disturbance`). Swapped, the leaves of this pair resemble each
 // other.
 const std::map<std::string, double> max_kept = {
-    {"no texture", 1}, {"stripes", 15}, {"one black", 0}, {"swapped", 18}, {"unrelated", 2}};
+    {"no texture", 1}, {"stripes", 15}, {"one black", 0}, {"swapped", 18}, {"unrelated", 3}};
 
 }  // namespace
 

@@ -126,9 +126,9 @@ struct Sums {
 Sums sum_up(const View &left, const Search &search, const Volume &row_averages,
             const Grid<Slopes> &slopes);
 
-/// Accepts doubtful pixels that continue the surface around them, and rejects those of blocks with
-/// little texture along the row, or with few accepted pixels, around. `coarse`: whether the texture
-/// of the pair is.
+/// Accepts expensive winners where many are accepted. Rejects pixels of blocks with little texture
+/// along the row, or with few accepted pixels, around, and what an object hides. `coarse`: whether
+/// the texture of the pair is.
 void check_neighbourhood(const View &left, const View &right, const Search &search, bool coarse,
                          Answer *answer);
 

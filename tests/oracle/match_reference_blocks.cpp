@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The checks of the slow matcher that look around a pixel: texture along the row
-// against noise, agreement of the pixels around, and pixels that continue the surface around them.
+// The checks of the slow matcher that look around a pixel: texture along the row against
+// noise, the share of accepted pixels around, and what an object hides.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -157,11 +157,10 @@ Slopes slopes_of(const View &left, const Answer &answer) {
     return slopes;
 }
 
-// What the slopes of three blocks in a row show: whether those along it are above noise, whether
-// they are also enough against those along the column, whether they are far above noise, and
-// whether what is not noise of them is enough against those along the column.
+// What the slopes of three blocks in a row show: whether there is texture, and whether slopes along
+// the row are strong.
 struct Texture {
-    Grid<int> sloped, textured, strong, balanced;
+    Grid<int> textured, strong;
 };
 
 void classify_texture(const Slopes &slopes, double noise_q8, int column, int row,
@@ -175,12 +174,8 @@ void classify_texture(const Slopes &slopes, double noise_q8, int column, int row
     }
     // Slopes have 72 times the variance of a pixel.
     const double noise = std::floor(noise_q8 * count * 72 / 256);
-    const double upright_alone = std::max(upright - noise, 0.0);
-    const double structure = std::floor(upright_alone / int{TUNE_UPRIGHT});
-    texture->sloped.at(column, row) = count > 0 && along >= (TUNE_SIGNAL + 1) * noise;
+    const double structure = std::floor(std::max(upright - noise, 0.0) / int{TUNE_UPRIGHT});
     texture->textured.at(column, row) = count > 0 && along >= (TUNE_SIGNAL + 1) * noise + structure;
-    texture->balanced.at(column, row) =
-        count > 0 && along >= noise + std::floor(upright_alone / int{TUNE_BALANCED});
     texture->strong.at(column, row) = count > 0 && along >= int{TUNE_STRONG_SIGNAL} * noise;
 }
 
@@ -189,27 +184,6 @@ struct Pixels {
     Grid<double> seen, accepted;
 };
 
-// Whether a pixel lies between two accepted ones, of which the right one is at least 4 px in front,
-// and what is between them is not wider than one and a half times that.
-bool is_hidden(const Answer &answer, int x, int y) {
-    const auto is_valid = [&](int at) { return answer.reason.at(at, y) == REASON_VALID; };
-    int before = x;
-    int after = x;
-    while (before >= 0 && !is_valid(before)) {
-        before--;
-    }
-    while (after < answer.reason.width && !is_valid(after)) {
-        after++;
-    }
-    if (before == after || before < 0 || after == answer.reason.width) {
-        return false;
-    }
-    const double step_px =
-        (answer.disparity_q8.at(after, y) - answer.disparity_q8.at(before, y)) / 256.0;
-    return step_px >= int{TUNE_HIDDEN_STEP_PX} &&
-           after - before - 1 <= int{TUNE_HIDDEN_WIDTH} / 2.0 * step_px;
-}
-
 Pixels pixels_of(const Answer &answer) {
     const int columns = (answer.reason.width + kBlock - 1) / kBlock;
     const int rows = (answer.reason.height + kBlock - 1) / kBlock;
@@ -217,8 +191,7 @@ Pixels pixels_of(const Answer &answer) {
     for (int y = 0; y < answer.reason.height; y++) {
         for (int x = 0; x < answer.reason.width; x++) {
             const int reason = answer.reason.at(x, y);
-            pixels.seen.at(x / kBlock, y / kBlock) +=
-                reason != REASON_BORDER && !is_hidden(answer, x, y);
+            pixels.seen.at(x / kBlock, y / kBlock) += reason != REASON_BORDER;
             pixels.accepted.at(x / kBlock, y / kBlock) += reason == REASON_VALID;
         }
     }
@@ -236,82 +209,65 @@ void around(const Grid<int> &blocks, int column, int row, int reach, Function fu
     }
 }
 
-// Of the accepted pixels, in 1/255 of those that both cameras may see: of a block, and of the 25
-// around.
-struct Shares {
-    Grid<int> own, around;
-};
-
-int share_of(double accepted, double seen) {
+// Accepted pixels of the 25 blocks around, in 1/255 of those that both cameras may see.
+int share_around(const Pixels &pixels, int column, int row) {
+    double seen = 0, accepted = 0;
+    for (int r = std::max(row - 2, 0); r <= std::min(row + 2, pixels.seen.height - 1); r++) {
+        for (int c = std::max(column - 2, 0); c <= std::min(column + 2, pixels.seen.width - 1);
+             c++) {
+            seen += pixels.seen.at(c, r);
+            accepted += pixels.accepted.at(c, r);
+        }
+    }
     return seen > 0 ? static_cast<int>(255 * accepted / seen) : 0;
 }
 
-// Mean margin, with a cap, of every fourth pixel around.
-int margin_around(const Answer &answer, int x, int y) {
-    const int reach = TUNE_MEAN_MARGIN_AROUND;
-    int sum = 0, count = 0;
-    for (int j = std::max(y - reach, 0); j <= std::min(y + reach, answer.confidence.height - 1);
-         j += 4) {
-        for (int i = std::max(x - reach, 0); i <= std::min(x + reach, answer.confidence.width - 1);
-             i += 4) {
-            sum += std::min<int>(answer.confidence.at(i, j), TUNE_MEAN_MARGIN_CAP);
-            count++;
+// Accepts winners that are only too expensive where many around are accepted.
+void accept_costly(const Search &search, Answer *answer) {
+    const Pixels pixels = pixels_of(*answer);
+    const int beyond = search.disparity_count - search.extra_above;
+    const int ends = beyond - search.extra_below > 2 ? 1 : 0;
+    const int first = search.extra_below + (search.extra_below > 0 ? 0 : ends);
+    const int last = beyond - 1 - (search.extra_above > 0 ? 0 : ends);
+    for (int y = 0; y < answer->reason.height; y++) {
+        for (int x = 0; x < answer->reason.width; x++) {
+            const int lane = whole_px(answer->disparity_q8.at(x, y)) - search.disparity_min;
+            int &reason = answer->reason.at(x, y);
+            if (reason == match_rules[MATCH_COST].reason && lane >= first && lane <= last &&
+                match_accepts(MATCH_MARGIN, answer->confidence.at(x, y)) &&
+                share_around(pixels, x / kBlock, y / kBlock) >= TUNE_SHARE_ANY_COST) {
+                reason = REASON_VALID;
+            }
         }
     }
-    return sum / count;
 }
 
-int reason_of(const Texture &texture, const Shares &shares, bool coarse, int margin, int column,
-              int row) {
-    int near = 0, far = 0, strong = 0, highest = 0;
+// The reason of the first rule of the table that rejects a block.
+int reason_of(const Texture &texture, const Pixels &pixels, bool coarse, int column, int row) {
+    int near = 0, far = 0, strong = 0;
     around(texture.textured, column, row, 1,
            [&](int c, int r) { near += texture.textured.at(c, r); });
     around(texture.textured, column, row, 3,
            [&](int c, int r) { far += texture.textured.at(c, r); });
     around(texture.strong, column, row, 2,
            [&](int c, int r) { strong += texture.strong.at(c, r); });
-    around(shares.around, column, row, 2,
-           [&](int c, int r) { highest = std::max(highest, shares.around.at(c, r)); });
-    const int share = shares.around.at(column, row);
-    const bool coarse_without_share =
-        coarse && share < TUNE_SHARE_COARSE && strong < TUNE_STRONG_COARSE;
-    if (near >= TUNE_TEXTURED_NEAR) {
-        return highest >= TUNE_SHARE_REACHED && !coarse_without_share ? REASON_VALID
-                                                                      : REASON_AMBIGUOUS;
-    }
-    const bool on_edge = far >= TUNE_TEXTURED_EDGE && texture.sloped.at(column, row) != 0 &&
-                         shares.own.at(column, row) >= TUNE_SHARE_EDGE && highest >= TUNE_SHARE_FEW;
-    const bool distinct = margin >= TUNE_MEAN_MARGIN_CLEAR &&
-                          texture.balanced.at(column, row) != 0 && share >= TUNE_SHARE_FAR;
-    const bool accepted = (far >= TUNE_TEXTURED_FAR && share >= TUNE_SHARE_FAR) ||
-                          (far >= TUNE_TEXTURED_FEW && share >= TUNE_SHARE_FEW) || on_edge ||
-                          distinct;
-    return accepted && !coarse_without_share ? REASON_VALID : REASON_NO_TEXTURE;
-}
-
-Shares shares_of(const Pixels &pixels) {
-    Shares shares = {{pixels.seen.width, pixels.seen.height},
-                     {pixels.seen.width, pixels.seen.height}};
-    for (int row = 0; row < pixels.seen.height; row++) {
-        for (int column = 0; column < pixels.seen.width; column++) {
-            double seen = 0, accepted = 0;
-            around(shares.own, column, row, 2, [&](int c, int r) {
-                seen += pixels.seen.at(c, r);
-                accepted += pixels.accepted.at(c, r);
-            });
-            shares.around.at(column, row) = share_of(accepted, seen);
-            shares.own.at(column, row) =
-                share_of(pixels.accepted.at(column, row), pixels.seen.at(column, row));
+    const int share = share_around(pixels, column, row);
+    const int values[] = {far, near >= TUNE_TEXTURED_NEAR ? 255 : share,
+                          coarse && strong < TUNE_STRONG_COARSE ? share : 255};
+    for (int i = 0; i < 3; i++) {
+        const auto measured = static_cast<match_measure>(MATCH_TEXTURE + i);
+        if (!match_accepts(measured, values[i])) {
+            return match_rules[measured].reason;
         }
     }
-    return shares;
+    return REASON_VALID;
 }
 
-void reject_unsupported(const View &left, double noise_q8, bool coarse, Answer *answer) {
+void reject_blocks(const View &left, double noise_q8, bool coarse, Answer *answer) {
     const Slopes slopes = slopes_of(left, *answer);
-    const Shares shares = shares_of(pixels_of(*answer));
+    const Pixels pixels = pixels_of(*answer);
     const Grid<int> blocks = {slopes.along.width, slopes.along.height};
-    Texture texture = {blocks, blocks, blocks, blocks};
+    Texture texture = {blocks, blocks};
     for (int row = 0; row < blocks.height; row++) {
         for (int column = 0; column < blocks.width; column++) {
             classify_texture(slopes, noise_q8, column, row, &texture);
@@ -319,55 +275,10 @@ void reject_unsupported(const View &left, double noise_q8, bool coarse, Answer *
     }
     for (int y = 0; y < answer->reason.height; y++) {
         for (int x = 0; x < answer->reason.width; x++) {
-            const int column = x / kBlock;
-            const int row = y / kBlock;
-            const int margin =
-                margin_around(*answer, std::min(column * kBlock + 4, answer->reason.width - 1),
-                              std::min(row * kBlock + 4, answer->reason.height - 1));
             int &reason = answer->reason.at(x, y);
             reason = reason == REASON_VALID
-                         ? reason_of(texture, shares, coarse, margin, column, row)
+                         ? reason_of(texture, pixels, coarse, x / kBlock, y / kBlock)
                          : reason;
-        }
-    }
-}
-
-// Accepts pixels that either the limit of the cost or that of the margin rejected, if enough of the
-// 9 x 5 pixels around are accepted and at most 1 px away. Where margins are high, others that are
-// too expensive count as accepted ones for such a pixel.
-void accept_supported(const Search &search, Answer *answer) {
-    const Grid<int> reason = answer->reason;
-    const int beyond = search.disparity_count - search.extra_above;
-    const int ends = beyond - search.extra_below > 2 ? 1 : 0;
-    const int first = search.extra_below + (search.extra_below > 0 ? 0 : ends);
-    const int last = beyond - 1 - (search.extra_above > 0 ? 0 : ends);
-    for (int y = 0; y < reason.height; y++) {
-        for (int x = 0; x < reason.width; x++) {
-            const int lane = whole_px(answer->disparity_q8.at(x, y)) - search.disparity_min;
-            const bool too_expensive = reason.at(x, y) == REASON_OUT_OF_RANGE && lane >= first &&
-                                       lane <= last &&
-                                       answer->confidence.at(x, y) >= TUNE_MARGIN_MIN;
-            if (!too_expensive && reason.at(x, y) != REASON_AMBIGUOUS) {
-                continue;
-            }
-            int count = 0, expensive = 0;
-            for (int j = std::max(y - TUNE_SUPPORT_ROWS, 0);
-                 j <= std::min(y + TUNE_SUPPORT_ROWS, reason.height - 1); j++) {
-                for (int i = std::max(x - TUNE_SUPPORT_COLUMNS, 0);
-                     i <= std::min(x + TUNE_SUPPORT_COLUMNS, reason.width - 1); i++) {
-                    const bool near = std::abs(answer->disparity_q8.at(i, j) -
-                                               answer->disparity_q8.at(x, y)) <= TUNE_SUPPORT_STEP;
-                    count += reason.at(i, j) == REASON_VALID && near;
-                    expensive += reason.at(i, j) == REASON_OUT_OF_RANGE && near;
-                }
-            }
-            const bool has_costly_support = too_expensive &&
-                                            count + expensive >= TUNE_SUPPORT_COST &&
-                                            margin_around(*answer, x, y) >= TUNE_MEAN_MARGIN_CLEAR;
-            if (count >= (too_expensive ? TUNE_SUPPORT_COST : TUNE_SUPPORT_RIVAL) ||
-                has_costly_support) {
-                answer->reason.at(x, y) = REASON_VALID;
-            }
         }
     }
 }
@@ -395,7 +306,7 @@ void reject_hidden(const View &left, double noise_q8, Answer *answer) {
             for (int i = at; i < std::min(at + TUNE_OUTLINE_PX, far); i++) {
                 is_outline = is_outline || slope_at(i) > int{TUNE_OUTLINE_SLOPE};
             }
-            return !is_outline ? x : at - x < TUNE_ONSET_RUN_PX ? at : at + TUNE_ONSET_PX;
+            return is_outline ? at : x;
         };
         int end = 0;
         for (int x = 1; x < reason.width; x++) {
@@ -409,16 +320,18 @@ void reject_hidden(const View &left, double noise_q8, Answer *answer) {
             if (x >= end && occluded >= TUNE_HIDDEN_BEFORE && reason.at(x - 1, y) != REASON_VALID) {
                 end = plain_end(x);
             }
-            answer->reason.at(x, y) = x < end ? REASON_OCCLUDED : REASON_VALID;
+            answer->reason.at(x, y) = match_accepts(MATCH_PLAIN, end - x)
+                                          ? int{REASON_VALID}
+                                          : match_rules[MATCH_PLAIN].reason;
         }
     }
 }
 
 void check_neighbourhood(const View &left, const View &right, const Search &search, bool coarse,
                          Answer *answer) {
-    accept_supported(search, answer);
+    accept_costly(search, answer);
     const double noise_q8 = noise_of(left, right, *answer);
-    reject_unsupported(left, noise_q8, coarse, answer);
+    reject_blocks(left, noise_q8, coarse, answer);
     reject_hidden(left, noise_q8, answer);
 }
 

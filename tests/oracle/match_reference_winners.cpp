@@ -90,17 +90,19 @@ bool is_consistent(const Grid<Winner> &winners, int x, int y) {
             owner = &other;
         }
     }
-    return std::abs(owner->lane - own.lane) <= 1;
+    return match_accepts(MATCH_LEFT_RIGHT, std::abs(owner->lane - own.lane));
 }
 
 // Within the requested range, not at an end of it (unless more is searched there or there is
 // nothing else), and with a low enough cost.
-bool is_fit(const Winner &winner, const Search &search, double max_cost) {
+bool is_fit(const Winner &winner, const Search &search, bool is_smoothed) {
     const int beyond = search.disparity_count - search.extra_above;
     const int ends = beyond - search.extra_below > 2 ? 1 : 0;
     const int first = search.extra_below + (search.extra_below > 0 ? 0 : ends);
     const int last = beyond - 1 - (search.extra_above > 0 ? 0 : ends);
-    return winner.lane >= first && winner.lane <= last && winner.cost <= max_cost;
+    return winner.lane >= first && winner.lane <= last &&
+           match_accepts(MATCH_COST,
+                         static_cast<int>(winner.cost) + (is_smoothed ? TUNE_COST_SMOOTHED : 0));
 }
 
 // The grey levels between the darkest and the brightest of the pixels around x, moved into the
@@ -118,7 +120,7 @@ int contrast_at(const View &left, int x, int y) {
     return brightest - darkest;
 }
 
-int reason_of(const View &left, const Search &search, const Grid<Winner> &winners, double max_cost,
+int reason_of(const View &left, const Search &search, const Grid<Winner> &winners, bool is_smoothed,
               int x, int y) {
     const Winner &winner = winners.at(x, y);
     if (winner.lane < 0) {
@@ -127,21 +129,20 @@ int reason_of(const View &left, const Search &search, const Grid<Winner> &winner
     if (search.keep_all) {
         return REASON_VALID;
     }
-    const bool fit = is_fit(winner, search, max_cost);
+    const bool fit = is_fit(winner, search, is_smoothed);
     if (!is_consistent(winners, x, y)) {
-        return REASON_OCCLUDED;
+        return match_rules[MATCH_LEFT_RIGHT].reason;
     }
     const int contrast = contrast_at(left, x, y);
     const int most = TUNE_CONTRAST_FAINT + TUNE_MARGIN_MIN - TUNE_MARGIN_LEAST;
-    const int margin_min = TUNE_CONTRAST_FAINT + TUNE_MARGIN_MIN -
-                           std::clamp<int>(contrast, TUNE_CONTRAST_FAINT, most);
-    if (fit && winner.margin >= margin_min) {
+    const int more = std::clamp<int>(contrast, TUNE_CONTRAST_FAINT, most) - TUNE_CONTRAST_FAINT;
+    if (fit && match_accepts(MATCH_MARGIN, static_cast<int>(winner.margin) + more)) {
         return REASON_VALID;
     }
-    if (contrast < TUNE_CONTRAST_MIN) {
-        return REASON_NO_TEXTURE;
+    if (!match_accepts(MATCH_CONTRAST, contrast)) {
+        return match_rules[MATCH_CONTRAST].reason;
     }
-    return fit ? REASON_AMBIGUOUS : REASON_OUT_OF_RANGE;
+    return match_rules[fit ? MATCH_MARGIN : MATCH_COST].reason;
 }
 
 // Lowest point of the "V" through three costs, in 1/256 px from the middle one: its steeper side
@@ -215,7 +216,7 @@ void reject_islands(const Search &search, Answer *answer) {
     for (int y = 0; y < reason.height; y++) {
         for (int x = 0; x < reason.width; x++) {
             if (reason.at(x, y) == REASON_VALID && island_around(*answer, x, y, enough) < enough) {
-                reason.at(x, y) = REASON_SPECKLE;
+                reason.at(x, y) = match_rules[MATCH_ISLAND].reason;
             }
         }
     }
@@ -227,9 +228,6 @@ void reject_islands(const Search &search, Answer *answer) {
 Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,
               const Grid<int> &doubtful) {
     const int side = smoothing_of(left, right);
-    const int smoothed_max =
-        side == TUNE_SMOOTHING_STRONG ? TUNE_COST_MAX_STRONG : TUNE_COST_MAX_SMOOTHED;
-    const int max_cost = side == 0 ? int{TUNE_COST_MAX} : smoothed_max;
     const int width = sums.totals.width;
     const int height = sums.totals.height;
     Grid<Winner> winners = winners_of(left, right, search, sums);
@@ -244,7 +242,7 @@ Answer decide(const View &left, const View &right, const Search &search, const S
         for (int x = 0; x < width; x++) {
             const Winner &winner = winners.at(x, y);
             answer.disparity_q8.at(x, y) = disparity_q8_of(winner, search);
-            answer.reason.at(x, y) = reason_of(left, search, winners, max_cost, x, y);
+            answer.reason.at(x, y) = reason_of(left, search, winners, side != 0, x, y);
             answer.confidence.at(x, y) = winner.lane < 0 ? 0 : static_cast<int>(winner.margin);
         }
     }

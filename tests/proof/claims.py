@@ -22,7 +22,7 @@ SMALL = [
     "match_share_of", "match_share_between", "match_weight", "match_weight_down", "match_carry",
     "match_p2", "match_least_p2", "match_step", "match_same_window", "match_rise", "match_cell",
     "match_guide", "match_span", "match_tile_columns", "match_range_ends", "match_realign",
-    "image_u8_row", "image_i32_row",
+    "match_accepts", "image_u8_row", "image_i32_row",
 ]
 MESSAGES = [
     "load_lanes", "store_lanes", "lower_neighbour", "move_lanes", "shear", "shear_average",

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // usage: tuning LIST: matches pairs with the preset best and prints their mean bad-1.0 in percent,
-// filled by the rule of `vergence evaluate` (recorded pairs), and the mean percentage of kept
-// pixels that are off by more than 1 px (rendered ones). A line of LIST is a pair: the file of its
-// arrays, width, height, disparity_min, disparity_count, rendered, truth in whole pixels. Written
-// by tuning.py: the arrays are left and right in colour and in grey, truth as float, mask.
+// filled by the rule of `vergence evaluate` (recorded pairs), the mean percentage of kept pixels
+// that are off by more than 1 px, and of textured ones of the view's object that are kept and right
+// (rendered ones), in the last line; before it a line of each pair. A line of LIST is a pair: the
+// file of its arrays, width, height, disparity_min, disparity_count, rendered, truth in whole
+// pixels. Written by tuning.py: the arrays are truth as float, left and right in grey and in
+// colour, mask.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +15,7 @@
 #include "stereo/image/reason.h"
 #include "stereo/match/match.h"
 
-enum { VISIBLE = 255 };
+enum { VISIBLE = 255, TEXTURED = 254 };  // the latter is also visible
 
 struct pair {
     int width, height, rendered, whole;
@@ -23,9 +25,10 @@ struct pair {
     const uint8_t *mask;  // 0: unknown
 };
 
-struct sums {
-    double percent;
-    int pairs;
+// In percent.
+struct figures {
+    double wrong;  // bad-1.0, or of what is kept
+    double right;  // of textured pixels
 };
 
 static void *must(void *taken) {
@@ -66,34 +69,68 @@ static void fill_row(float *row, int width) {
     }
 }
 
-static double score(const struct pair *pair, const int32_t *disparity_q8, const uint8_t *reason) {
+static bool is_near(float disparity, float truth) {
+    return fabsf(disparity - truth) <= 1;
+}
+
+static float value_of(const struct pair *pair, int32_t disparity_q8, uint8_t reason) {
+    const float own = (float)disparity_q8 / 256;
+    return reason != REASON_VALID ? INFINITY : pair->whole ? floorf(own + 0.5F) : own;
+}
+
+static struct figures score(const struct pair *pair, const int32_t *disparity_q8,
+                            const uint8_t *reason) {
     float *row = must(malloc((size_t)pair->width * sizeof *row));
-    long kept = 0, kept_wrong = 0, seen = 0, wrong = 0;
+    long kept = 0, kept_wrong = 0, seen = 0, wrong = 0, textured = 0, right = 0;
     for (int y = 0; y < pair->height; y++) {
         const size_t begin = (size_t)y * (size_t)pair->width;
         for (int x = 0; x < pair->width; x++) {
             const size_t i = begin + (size_t)x;
-            const float own = (float)disparity_q8[i] / 256;
-            row[x] = reason[i] != REASON_VALID ? INFINITY : pair->whole ? floorf(own + 0.5F) : own;
+            row[x] = value_of(pair, disparity_q8[i], reason[i]);
             if (isfinite(row[x]) && isfinite(pair->truth[i]) && pair->mask[i] != 0) {
                 kept++;
-                kept_wrong += fabsf(row[x] - pair->truth[i]) > 1;
+                kept_wrong += !is_near(row[x], pair->truth[i]);
             }
+        }
+        for (int x = 0; x < pair->width; x++) {
+            const bool counts = pair->mask[begin + (size_t)x] == TEXTURED;
+            textured += counts;
+            right += counts && is_near(row[x], pair->truth[begin + (size_t)x]);
         }
         fill_row(row, pair->width);
         for (int x = 0; x < pair->width; x++) {
             const size_t i = begin + (size_t)x;
-            if (isfinite(pair->truth[i]) && pair->mask[i] == VISIBLE) {
+            if (isfinite(pair->truth[i]) && pair->mask[i] >= TEXTURED) {
                 seen++;
-                wrong += !(fabsf(row[x] - pair->truth[i]) <= 1);
+                wrong += !is_near(row[x], pair->truth[i]);
             }
         }
     }
     free(row);
-    return pair->rendered ? percent(kept_wrong, kept) : percent(wrong, seen);
+    return (struct figures){pair->rendered ? percent(kept_wrong, kept) : percent(wrong, seen),
+                            percent(right, textured)};
 }
 
-static double match(const struct pair *pair) {
+// The columns of each row that are not black.
+static struct rectify_span *spans_of(const struct image_u8 *image) {
+    struct rectify_span *spans = must(calloc((size_t)image->height, sizeof *spans));
+    for (int y = 0; y < image->height; y++) {
+        const uint8_t *row = image_u8_row(image, y);
+        int begin = 0, end = image->width;
+        while (begin < end && row[begin] == 0) {
+            begin++;
+        }
+        while (end > begin && row[end - 1] == 0) {
+            end--;
+        }
+        if (begin < end) {
+            spans[y] = (struct rectify_span){(int16_t)begin, (int16_t)end};
+        }
+    }
+    return spans;
+}
+
+static struct figures match(const struct pair *pair) {
     const size_t pixels = (size_t)pair->width * (size_t)pair->height;
     int32_t *disparity_q8 = must(calloc(pixels, sizeof *disparity_q8));
     uint8_t *maps = must(calloc(2 * pixels, 1));
@@ -112,7 +149,7 @@ static double match(const struct pair *pair) {
         fprintf(stderr, "tuning: the matcher failed\n");
         exit(1);
     }
-    const double result = score(pair, disparity_q8, maps);
+    const struct figures result = score(pair, disparity_q8, maps);
     free(disparity_q8);
     free(maps);
     free(memory);
@@ -125,7 +162,8 @@ int main(int argc, char **argv) {
         fprintf(stderr, "usage: tuning LIST\n");
         return 2;
     }
-    struct sums sums[2] = {{0, 0}, {0, 0}};
+    double bad = 0, kept_wrong = 0, right = 0;
+    int pairs = 0, views = 0;
     struct pair pair;
     char path[4096];
     int min, count;
@@ -145,14 +183,26 @@ int main(int argc, char **argv) {
         };
         pair.options = match_default_options(min, count);
         pair.options.preset = MATCH_PRESET_BEST;
-        sums[pair.rendered].percent += match(&pair);
-        sums[pair.rendered].pairs++;
+        struct rectify_span *left = spans_of(&pair.input.left);
+        struct rectify_span *right_spans = spans_of(&pair.input.right);
+        if (pair.rendered) {  // rectified from raw images
+            pair.input.left_span = left;
+            pair.input.right_span = right_spans;
+            pair.input.resampled = true;
+        }
+        const struct figures own = match(&pair);
+        bad += pair.rendered ? 0 : own.wrong;
+        kept_wrong += pair.rendered ? own.wrong : 0;
+        right += pair.rendered ? own.right : 0;
+        pairs += !pair.rendered;
+        views += pair.rendered;
+        printf("%.2f %.2f\n", own.wrong, own.right);
+        free(left);
+        free(right_spans);
         free(data);
     }
     fclose(list);
-    for (int i = 0; i < 2; i++) {
-        printf("%.4f ", sums[i].pairs > 0 ? sums[i].percent / sums[i].pairs : 0);
-    }
-    printf("\n");
+    printf("%.4f %.4f %.4f\n", pairs > 0 ? bad / pairs : 0, views > 0 ? kept_wrong / views : 0,
+           views > 0 ? right / views : 0);
     return 0;
 }

@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """What each number of the matcher, a quarter lower and higher, and each rule of acceptance, left
-out, does to mean bad-1.0 of recorded pairs and to the share of kept pixels of rendered views that
-are off by more than 1 px. Differences in percentage points; the preset best.
+out, does to mean bad-1.0 of recorded pairs, to the share of kept pixels of rendered views that are
+off by more than 1 px, and to that of the textured pixels of the object in a view's name that are
+kept and right. Differences in percentage points; the preset best.
 
 usage: tuning.py FIRMWARE DIR... [--only REGEX] [--write]
 
@@ -29,19 +30,23 @@ NUMBER = re.compile(r"^( *TUNE_(\w+) = )(\d+),( *// [^|\n]*?)(?: *\| .*)?$", re.
 # Not measured here: other presets, sizes that others must divide, and what takes the memory.
 OTHERS = re.compile(r"TILES_BETWEEN|BANDS_EACH|PAPER|REPEAT|CONTRAST_COLUMNS|SEARCH_ALL|"
                     r"SLOPE_(AROUND|STEP)$|ROW_STEP|WINDOW")
-NEVER, HIGHEST = 1 << 20, 255
-RULES = {  # name: the numbers that turn it off
-    "contrast": {"CONTRAST_MIN": 0}, "margin": {"MARGIN_MIN": 0, "MARGIN_LEAST": 0},
-    "cost": {"COST_MAX": HIGHEST, "COST_MAX_SMOOTHED": HIGHEST, "COST_MAX_STRONG": HIGHEST},
-    "margin by contrast": {"MARGIN_LEAST": 23}, "support of costly ones": {"SUPPORT_COST": NEVER},
-    "support of those with a rival": {"SUPPORT_RIVAL": NEVER},
-    "clear mean margin": {"MEAN_MARGIN_CLEAR": HIGHEST}, "share with texture": {"SHARE_REACHED": 0},
-    "some texture": {"TEXTURED_FAR": NEVER}, "little texture": {"TEXTURED_FEW": NEVER},
-    "edge along the rows": {"TEXTURED_EDGE": NEVER}, "coarse texture": {"STRONG_COARSE": 0},
-    "no texture at depth edges": {"DEPTH_EDGE_PX": NEVER}, "upright structure": {"UPRIGHT": NEVER},
-    "pixels not seen by both": {"HIDDEN_STEP_PX": NEVER}, "hidden pixels": {"HIDDEN_BEFORE": 17},
-    "onset of an outline": {"ONSET_PX": 0}, "islands": {"ISLAND_PX": 0},
+NEVER = 1 << 20
+VISIBLE, VISIBLE_TEXTURED, TEXTURED = 255, 254, 128
+RULE = re.compile(r'\{"([^"]+)", MATCH_\w+, (true|false), TUNE_(\w+), REASON')  # of match_rules
+PARTS = {  # of what rules measure: name, the number that turns it off
+    "any cost among accepted pixels": "SHARE_ANY_COST", "depth edges": "DEPTH_EDGE_PX",
+    "upright structure": "UPRIGHT", "coarse texture with slopes": "STRONG_COARSE",
 }
+
+
+def rules_of(text):
+    """Names, and the numbers that turn a rule, or a part of it, off."""
+    numbers = {match[2]: int(match[3]) for match in NUMBER.finditer(text)}
+    rules = {name: {limit: NEVER if at_most == "true" else 0}
+             for name, at_most, limit in RULE.findall(text)}
+    rules["margin"]["MARGIN_LEAST"] = 0
+    rules["margin by contrast"] = {"MARGIN_LEAST": numbers["MARGIN_MIN"]}
+    return {**rules, **{name: {number: NEVER} for name, number in PARTS.items()}}
 
 
 def read_pfm(path):
@@ -66,13 +71,37 @@ def visible(truth):
     return mask
 
 
+def hh4_right(folder, meta, truth, textured):
+    """Percentage of textured pixels that OpenCV's HH4 keeps and gets right (bench_opencv.cpp)."""
+    first, end = meta["disparity_search"]
+    count = (end - first + 15) // 16 * 16
+    before, after = max(first + count, 0), max(-first, 0)
+    images = [cv2.copyMakeBorder(cv2.imread(str(folder / f"{side}.png")), 0, 0, before, after,
+                                 cv2.BORDER_REPLICATE) for side in ("left", "right")]
+    matcher = cv2.StereoSGBM_create(first, count, 3, 72, 288, 1, 31, 10, 100, 2,
+                                    cv2.STEREO_SGBM_MODE_HH4)
+    found = matcher.compute(*images)[:, before:before + truth.shape[1]]
+    right = (found >= 16 * first) & (abs(found / 16 - truth) <= 1)
+    return 100 * right[textured].mean()
+
+
 def prepare(folder, out):
-    """Writes the arrays of a pair; returns its line of the list."""
+    """Writes the arrays of a pair; returns its line of the list, and of a view what HH4 has right."""
     meta = json.loads((folder / "meta.json").read_text(encoding="utf-8"))
     truth = read_pfm(folder / "disparity.pfm")
     known = truth[numpy.isfinite(truth)]
     mask = cv2.imread(str(folder / "mask.png"), cv2.IMREAD_GRAYSCALE) \
         if (folder / "mask.png").exists() else visible(truth)
+    is_view = "part" in meta
+    rival = None
+    if is_view:
+        subject = folder.name.rsplit("_", 1)[0]
+        regions = cv2.imread(str(folder / "regions.png"), cv2.IMREAD_GRAYSCALE)
+        textured = (mask == VISIBLE) & (regions > TEXTURED)
+        if subject in meta["regions"]:
+            textured &= regions == TEXTURED + meta["regions"].index(subject) + 1
+        rival = hh4_right(folder, meta, truth, textured)
+        mask = numpy.where(textured, VISIBLE_TEXTURED, mask).astype("u1")
     images = [cv2.imread(str(folder / f"{side}.png")) for side in ("left", "right")]
     with open(out, "wb") as file:
         file.write(truth.tobytes())
@@ -84,7 +113,7 @@ def prepare(folder, out):
     first, end = meta["disparity_search"]
     whole = bool(numpy.all(known == numpy.rint(known)))
     height, width = truth.shape
-    return f"{out} {width} {height} {first} {end - first} {int('part' in meta)} {int(whole)}\n"
+    return f"{out} {width} {height} {first} {end - first} {int(is_view)} {int(whole)}\n", rival
 
 
 class Trial:
@@ -94,8 +123,10 @@ class Trial:
         self.firmware, self.folder = firmware, folder
         self.text = (firmware / "stereo/match/tuning.h").read_text(encoding="utf-8")
         self.list = folder / "list"
-        self.list.write_text("".join(prepare(pair, folder / f"{i}.raw")
-                                     for i, pair in enumerate(pairs)), encoding="utf-8")
+        lines = [prepare(pair, folder / f"{i}.raw") for i, pair in enumerate(pairs)]
+        self.names = [pair.name for pair in pairs]
+        self.rivals = [rival for _, rival in lines]
+        self.list.write_text("".join(line for line, _ in lines), encoding="utf-8")
         sources = [path for part in ("core", "stereo/image", "stereo/match")
                    for path in sorted(glob.glob(str(firmware / part / "*.c")))]
         self.objects = {path: self.compile(path) for path in [*sources, str(HERE / "tuning.c")]}
@@ -120,7 +151,7 @@ class Trial:
         return [path for path in used if path in self.objects]
 
     def measure(self, changes):
-        """bad-1.0 of the recorded pairs and kept-and-wrong of the views; None: does not compile."""
+        """The figures of each pair and, in the last line, of all; None: does not compile."""
         text = NUMBER.sub(lambda m: f"{m[1]}{changes.get(m[2], m[3])},", self.text)
         include = self.folder / "include"
         (include / "stereo/match").mkdir(parents=True, exist_ok=True)
@@ -135,12 +166,12 @@ class Trial:
         for path in own.values():
             os.remove(path)
         done = subprocess.run([program, self.list], check=True, capture_output=True, text=True)
-        return [float(word) for word in done.stdout.split()]
+        return [[float(word) for word in line.split()] for line in done.stdout.splitlines()]
 
     def differences(self, changes, base):
         result = self.measure(changes)
         return "-" if result is None else \
-            " ".join(f"{after - before:+.2f}" for before, after in zip(base, result))
+            " ".join(f"{after - before:+.2f}" for before, after in zip(base, result[-1]))
 
 
 def main():
@@ -156,10 +187,14 @@ def main():
         sys.exit("tools/bench: no pairs with disparity.pfm in these folders")
     with tempfile.TemporaryDirectory() as folder:
         trial = Trial(arguments.firmware.resolve(), pathlib.Path(folder), pairs)
-        base = trial.measure({})
-        print(f"bad-1.0 {base[0]:.2f} %, kept and wrong {base[1]:.2f} %, {len(pairs)} pairs; "
-              "differences in points, of each: bad-1.0, kept and wrong", flush=True)
-        for name, changes in RULES.items():
+        *each, base = trial.measure({})
+        for name, rival, (wrong, right) in zip(trial.names, trial.rivals, each):
+            print(f"{name:16} bad-1.0 {wrong:.2f} %" if rival is None else
+                  f"{name:16} kept and wrong {wrong:.2f} %, right of textured {right:.2f} %, "
+                  f"HH4 {rival:.2f} %")
+        print(f"bad-1.0 {base[0]:.2f} %, kept and wrong {base[1]:.2f} %, right of textured "
+              f"{base[2]:.2f} %; differences in points, of each of the three", flush=True)
+        for name, changes in rules_of(trial.text).items():
             if arguments.only.search(name):
                 print(f"without {name:34} {trial.differences(changes, base)}", flush=True)
         found = {}

@@ -65,32 +65,22 @@ static inline struct match_accepted_range match_accepted_range_of(
     };
 }
 
-/// Accepts pixels that continue the surface around them, and that either the limit of the cost or
-/// the one of the margin rejected (REASON_OUT_OF_RANGE, REASON_AMBIGUOUS). Of the former, whole
-/// areas where the margin is high.
-void match_accept_supported(const struct match_options *options, const struct parallel *parallel,
-                            struct match_output *output);
-
-/// Mean margin of the winners around a pixel.
-int match_margin_around(const struct match_output *output, int x, int y);
-
 /// Memory that `match_check_blocks` takes, in bytes.
 size_t match_check_blocks_need_bytes(int width, int threads);
 
-/// Changes REASON_VALID to REASON_OCCLUDED for pixels of a row without texture of their own,
-/// between occluded ones and an outline. `smooth`: 16 times the grey levels of the left image,
-/// smoothed by (1 2 1) both ways, also of two pixels before and after the row. `noise_q8`:
-/// `match_noise_q8`.
+/// Rejects valid pixels of a row without texture of their own, between occluded ones and an
+/// outline. `smooth`: 16 times the grey levels of the left image, smoothed by (1 2 1) both ways,
+/// also of two pixels before and after the row. `noise_q8`: `match_noise_q8`.
 void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, uint8_t *reason);
 
-/// Changes REASON_VALID to REASON_NO_TEXTURE where there is little texture along the row, and to
-/// REASON_AMBIGUOUS where there is some, unless enough of the pixels around are valid: noise, and
-/// structure that hardly changes along the rows, also find partners, but seldom agree, or have near
-/// rivals. Then rejects what is hidden, by `match_reject_hidden`. The measure is `match_noise_q8`.
-/// `smoothing`: of the pair, by `match_smoothing`; where its texture is coarse, more must be valid.
-/// ERROR_MEMORY.
-int match_check_blocks(const struct match_input *input, int smoothing,
-                       const struct parallel *parallel, struct arena *arena,
+/// Accepts pixels of which only the cost was too high where many around are valid. Rejects
+/// blocks of valid pixels without texture along the row, with too few valid pixels around
+/// for the texture there is, and with too few for coarse texture: noise, and structure that does
+/// not change along the rows, also find partners, but seldom agree, or have near rivals. Then
+/// rejects what is hidden, by `match_reject_hidden`. The measure is `match_noise_q8`. `smoothing`:
+/// of the pair, by `match_smoothing`. ERROR_MEMORY.
+int match_check_blocks(const struct match_input *input, const struct match_options *options,
+                       int smoothing, const struct parallel *parallel, struct arena *arena,
                        struct match_output *output);
 
 /// Working memory of `speckle_filter_run_all` in bytes for an image of that width.

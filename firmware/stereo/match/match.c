@@ -28,7 +28,7 @@ struct match_options match_default_options(int disparity_min, int disparity_coun
     return (struct match_options){.disparity_min = disparity_min,
                                   .disparity_count = disparity_count,
                                   .preset = MATCH_PRESET_STANDARD,
-                                  .speckle_px = TUNE_ISLAND_PX};
+                                  .speckle_px = match_rules[MATCH_ISLAND].limit};
 }
 
 // No sum here can overflow.

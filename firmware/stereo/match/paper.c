@@ -363,7 +363,7 @@ static bool textured(const struct paper *paper, int x, int y) {
         darkest = grey[i] < darkest ? grey[i] : darkest;
         brightest = grey[i] > brightest ? grey[i] : brightest;
     }
-    return brightest - darkest >= TUNE_CONTRAST_MIN;
+    return match_accepts(MATCH_CONTRAST, brightest - darkest);
 }
 
 // Position of the lowest point of the "V" through the sums, in 1/256; at most half way to a

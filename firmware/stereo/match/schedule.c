@@ -404,9 +404,8 @@ int match_run_steps(struct match_state *state, match_progress *progress, void *p
     if (state->options.keep_all) {
         return ERROR_OK;
     }
-    match_accept_supported(&state->options, state->parallel, state->output);
-    const int checked =
-        match_check_blocks(state->input, state->smoothing, state->parallel, arena, state->output);
+    const int checked = match_check_blocks(state->input, &state->options, state->smoothing,
+                                           state->parallel, arena, state->output);
     return checked != ERROR_OK ? checked
                                : speckle_filter_run_all(state->options.speckle_px, state->parallel,
                                                         arena, state->output);

@@ -93,7 +93,7 @@ static void measure_island(struct strip *strip, int x, int y) {
         visit(strip, here_q8, at.x, at.y - 1);
     }
     const bool large = strip->large || strip->count == strip->limit;
-    const uint8_t small = strip->cut ? MARK_UNDECIDED : REASON_SPECKLE;
+    const uint8_t small = strip->cut ? MARK_UNDECIDED : match_rules[MATCH_ISLAND].reason;
     const uint8_t mark = large ? MARK_LARGE : small;
     for (int i = 0; i < strip->count; i++) {
         const struct place at = strip->queue[i];

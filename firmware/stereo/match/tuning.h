@@ -3,12 +3,14 @@
 /// one; what remains elsewhere are sizes, formats and bounds of numbers. The slow reference
 /// (tests/oracle/match_reference*.cpp) reads the same table. `tools/bench tuning` measures what
 /// each does, a quarter lower and higher; with --write the differences follow here, after a bar: of
-/// bad-1.0 and of what is kept and wrong, lower and then higher.
+/// bad-1.0, of what is kept and wrong and of what is right of textured, lower and then higher.
 #ifndef VERGENCE_STEREO_MATCH_TUNING_H
 #define VERGENCE_STEREO_MATCH_TUNING_H
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#include "stereo/image/reason.h"
 
 // clang-format off
 enum {
@@ -56,55 +58,39 @@ enum {
     TUNE_SLOPE_REACH = 6,           // tiles: a tile without texture takes the slope of others as near
     TUNE_SLOPE_GAP = 40,            // slope: if those on both sides differ by less
     TUNE_SLOPE_MIN = 36,            // slope: flatter surfaces are left to leaning averages
-    // Checks of a winner (validation.h).
-    TUNE_COST_MAX = 41,             // cost: of a winner; 99 % of the correct ones are below, unrelated images mostly above
-    TUNE_COST_MAX_SMOOTHED = 39,    // cost: smoothed images are more alike
-    TUNE_COST_MAX_STRONG = 44,      // cost: of strong smoothing; correct winners differ there | +0.00 +0.00, +0.00 +0.00
+    // Acceptance: the limits of match_rules below.
+    TUNE_LEFT_RIGHT = 1,            // lanes: of a winner from the one that its right pixel is assigned to
+    TUNE_COST_MAX = 41,             // cost: of a winner
+    TUNE_CONTRAST_MIN = 6,          // grey levels: of a winner that has a rival; with less it has no texture
     TUNE_MARGIN_MIN = 23,           // cost: lead over the best rival, where contrast is faint
-    TUNE_MARGIN_LEAST = 15,         // cost: the same where contrast is high
+    TUNE_TEXTURE_MIN = 8,           // of 49 blocks: with texture
+    TUNE_SHARE_MIN = 217,           // 1/255: accepted pixels around a block, without texture next to it
+    TUNE_SHARE_COARSE = 204,        // 1/255: the same where the texture of the pair is coarse
+    TUNE_PLAIN_MAX_PX = 0,          // px: from an occluded one towards an outline, without texture in between
+    TUNE_ISLAND_PX = 60,            // pixels: of one surface (default of match_options)
+    // What is measured: cost and margin (validation.h).
+    TUNE_COST_SMOOTHED = 2,         // cost: more of smoothed images, which are more alike
+    TUNE_SHARE_ANY_COST = 150,      // 1/255: accepted pixels around a block, the winners of which may have any cost
+    TUNE_MARGIN_LEAST = 15,         // cost: the lead where contrast is high
     TUNE_CONTRAST_FAINT = 16,       // grey levels up to which the whole margin is required
     TUNE_CONTRAST_COLUMNS = 16,     // columns of which contrast is measured; a power of two
-    TUNE_CONTRAST_MIN = 6,          // grey levels: less: no texture
-    // Accepted after all: pixels that continue the surface around them (validation.c).
-    TUNE_SUPPORT_COLUMNS = 4,       // columns to each side | -0.01 -0.08, +0.01 +0.09
-    TUNE_SUPPORT_ROWS = 2,          // rows to each side | -0.00 -0.10, +0.01 +0.15
-    TUNE_SUPPORT_STEP = 256,        // 1/256 px: larger steps are to another surface | -0.01 -0.06, +0.00 +0.01
-    TUNE_SUPPORT_COST = 23,         // of 45 pixels: for one that only its cost rejected | -0.00 +0.01, -0.00 -0.00
-    TUNE_SUPPORT_RIVAL = 30,        // of 45 pixels: for one with a rival | +0.01 +0.14, -0.00 -0.07
-    TUNE_MEAN_MARGIN_AROUND = 12,   // pixels to each side of which the mean margin is taken, every fourth | -0.00 -0.00, +0.00 -0.01
-    TUNE_MEAN_MARGIN_CAP = 60,      // cost: a higher margin counts as this
-    TUNE_MEAN_MARGIN_CLEAR = 48,    // cost: mean margin from which cost and texture matter less
-    // Rejected by blocks of 8x8 pixels (validation.c).
+    // What is measured: texture and shares of blocks of 8x8 pixels (validation.c).
     TUNE_PAIR_NOISE_SHARE = 10,     // 1/n of the blocks: the smoothest differences between the images show noise alone
     TUNE_DEPTH_EDGE_PX = 8,         // px over four columns: a larger one is a depth edge, whose slopes do not count
     TUNE_DEPTH_EDGE_COLUMNS = 3,    // columns to each side of a depth edge without texture
-    TUNE_SIGNAL = 3,                // times the energy of noise: slopes along the row
-    TUNE_UPRIGHT = 10,              // 1/n of the energy of slopes along the column, at least, for texture along the row
-    TUNE_BALANCED = 5,              // 1/n: the same, noise taken off both, for blocks without texture
+    TUNE_SIGNAL = 2,                // times the energy of noise: slopes along the row
+    TUNE_UPRIGHT = 10,               // 1/n of the energy of slopes along the column, at least, for texture along the row
     TUNE_STRONG_SIGNAL = 128,       // times the energy of noise: strong slopes
-    TUNE_HIDDEN_STEP_PX = 4,        // px: pixels before an object as far in front are not visible to both cameras
-    TUNE_HIDDEN_WIDTH = 3,          // 1/2 of the step: as many such pixels at most
-    TUNE_TEXTURED_NEAR = 3,         // of 9 blocks: texture next to a block
-    TUNE_SHARE_REACHED = 153,       // 1/255: accepted pixels of one of 25 blocks, with texture next to it
-    TUNE_TEXTURED_FAR = 12,         // of 49 blocks: some texture around
-    TUNE_SHARE_FAR = 217,           // 1/255: accepted pixels around the block, then
-    TUNE_TEXTURED_FEW = 3,          // of 49 blocks: little texture
-    TUNE_SHARE_FEW = 245,           // 1/255: accepted pixels around the block, then
-    TUNE_TEXTURED_EDGE = 7,         // of 49 blocks: an edge along the rows
-    TUNE_SHARE_EDGE = 204,          // 1/255: accepted pixels of the block itself, then
-    TUNE_SHARE_COARSE = 204,        // 1/255: accepted pixels around, where texture is coarse
-    TUNE_STRONG_COARSE = 3,         // of 25 blocks: unless as many have strong slopes
-    // Rejected beside an outline: what an object hides (validation.c).
+    TUNE_TEXTURED_NEAR = 4,         // of 9 blocks: texture next to a block
+    TUNE_STRONG_COARSE = 3,         // of 25 blocks: with as many strong slopes coarse texture needs no share
+    // What is measured: pixels beside an outline, which an object hides (validation.c).
     TUNE_HIDDEN_BEFORE = 4,         // of the 16 pixels before are occluded
     TUNE_HIDDEN_MAX_PX = 24,        // px: up to the outline
     TUNE_PLAIN_BEFORE_PX = 8,       // px: plain before
     TUNE_PLAIN_SLOPE = 32,          // times the energy of noise: plain pixels have less
     TUNE_OUTLINE_SLOPE = 1000,      // times the energy of noise: an outline has more
     TUNE_OUTLINE_PX = 5,            // px: an outline reaches that within
-    TUNE_ONSET_RUN_PX = 4,          // px: after as many plain pixels the onset of the outline is rejected too
-    TUNE_ONSET_PX = 2,              // px: of it
     // Islands (speckle.c) and rows between (validation.h).
-    TUNE_ISLAND_PX = 60,            // pixels: smaller islands are rejected (default of match_options)
     TUNE_ISLAND_STEP = 512,         // 1/256 px: neighbours of one island differ by less
     TUNE_ROW_STEP = 256,            // 1/256 px: rows between those of the preset fast are interpolated up to this step
     // Time, not results (schedule.c, match.c).
@@ -131,6 +117,49 @@ enum {
     TUNE_PAPER_MARGIN = 1,          // bits: mean rise two disparities away from a match
 };
 // clang-format on
+
+/// What the rules of acceptance measure: of a winner, of a block of pixels, of a run of pixels, and
+/// of an island, in this order.
+enum match_measure {
+    MATCH_LEFT_RIGHT,
+    MATCH_COST,      // where the share of accepted pixels is high it counts as 0
+    MATCH_CONTRAST,  // only if the cost or the margin fails: for the reason
+    MATCH_MARGIN,
+    MATCH_TEXTURE,
+    MATCH_SHARE,         // where there is texture next to the block, it counts as the highest
+    MATCH_SHARE_COARSE,  // where the pair's texture is fine or slopes are strong, the same
+    MATCH_PLAIN,
+    MATCH_ISLAND,
+    MATCH_RULES
+};
+
+/// A pixel whose measure is on the wrong side of the limit is rejected for the reason.
+struct match_rule {
+    const char *name;
+    enum match_measure measured;
+    bool at_most;  // the limit is an upper one
+    int limit;
+    uint8_t reason;
+};
+
+/// A rule for each measure.
+static const struct match_rule match_rules[MATCH_RULES] = {
+    {"left and right agree", MATCH_LEFT_RIGHT, true, TUNE_LEFT_RIGHT, REASON_OCCLUDED},
+    {"cost", MATCH_COST, true, TUNE_COST_MAX, REASON_OUT_OF_RANGE},
+    {"contrast", MATCH_CONTRAST, false, TUNE_CONTRAST_MIN, REASON_NO_TEXTURE},
+    {"margin", MATCH_MARGIN, false, TUNE_MARGIN_MIN, REASON_AMBIGUOUS},
+    {"texture", MATCH_TEXTURE, false, TUNE_TEXTURE_MIN, REASON_NO_TEXTURE},
+    {"share", MATCH_SHARE, false, TUNE_SHARE_MIN, REASON_NO_TEXTURE},
+    {"share of coarse texture", MATCH_SHARE_COARSE, false, TUNE_SHARE_COARSE, REASON_AMBIGUOUS},
+    {"hidden", MATCH_PLAIN, true, TUNE_PLAIN_MAX_PX, REASON_OCCLUDED},
+    {"island", MATCH_ISLAND, false, TUNE_ISLAND_PX, REASON_SPECKLE},
+};
+
+/// Whether a value of what is measured is on the right side of the limit.
+static inline bool match_accepts(enum match_measure measured, int value) {
+    const struct match_rule *rule = &match_rules[measured];
+    return rule->at_most ? value <= rule->limit : value >= rule->limit;
+}
 
 /// The numbers of a preset.
 struct match_method {

@@ -1,160 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Validation of pixels by what is around them. First those are accepted that continue the surface
-// around them, although a limit rejected them; then blocks of pixels are rejected that have too
-// little texture for the share of accepted pixels around; then pixels that an object hides.
-// Rows needed: two above and below to accept a pixel (TUNE_SUPPORT_ROWS), 12 where margins around
-// decide (TUNE_MEAN_MARGIN_AROUND); for a block those of the blocks up to four away (2
-// SHARE_BLOCKS), of 8 rows each, with their neighbours' shares; the noise of the pair, from whole
-// images.
+// Validation of pixels by what is around them: expensive winners are accepted where many others
+// are; blocks are rejected that have too little texture, or too few accepted pixels around; then
+// pixels that an object hides.
+// Rows needed: for a block those of the blocks up to four away (2 SHARE_BLOCKS), of 8 rows each;
+// the noise of the pair, from whole images.
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "stereo/image/reason.h"
 #include "stereo/match/checks.h"
 #include "stereo/match/state.h"
-
-enum { MEAN_MARGIN_STEP = 4, MARK_SUPPORTED = 0x40 };
-
-// The pixels of the image up to so many columns and rows from (x, y).
-struct window {
-    int x_begin, x_end, y_begin, y_end;
-};
-
-static struct window window_at(const struct match_output *output, int x, int y, int columns,
-                               int rows) {
-    const int width = output->reason.width;
-    const int height = output->reason.height;
-    return (struct window){x > columns ? x - columns : 0,
-                           x + columns < width ? x + columns + 1 : width, y > rows ? y - rows : 0,
-                           y + rows < height ? y + rows + 1 : height};
-}
-
-int match_margin_around(const struct match_output *output, int x, int y) {
-    const struct window window =
-        window_at(output, x, y, TUNE_MEAN_MARGIN_AROUND, TUNE_MEAN_MARGIN_AROUND);
-    int sum = 0;
-    int count = 0;
-    for (int j = window.y_begin; j < window.y_end; j += MEAN_MARGIN_STEP) {
-        const uint8_t *restrict confidence = image_u8_row(&output->confidence, j);
-        for (int i = window.x_begin; i < window.x_end; i += MEAN_MARGIN_STEP) {
-            sum += confidence[i] < TUNE_MEAN_MARGIN_CAP ? confidence[i] : TUNE_MEAN_MARGIN_CAP;
-            count++;
-        }
-    }
-    return sum / count;
-}
-
-struct support_check {
-    struct match_output *output;
-    struct match_accepted_range accepted;
-    int lowest;  // disparity searched
-    int parts;
-};
-
-// Number of pixels around (x, y) that continue its surface: accepted ones, and those rejected for
-// the reason `too`; REASON_VALID for none.
-static int support_count(const struct match_output *output, int x, int y, uint8_t too) {
-    const int32_t here_q8 = image_i32_row(&output->disparity_q8, y)[x];
-    const struct window window = window_at(output, x, y, TUNE_SUPPORT_COLUMNS, TUNE_SUPPORT_ROWS);
-    int count = 0;
-    for (int j = window.y_begin; j < window.y_end; j++) {
-        const uint8_t *restrict reason = image_u8_row(&output->reason, j);
-        const int32_t *restrict disparity_q8 = image_i32_row(&output->disparity_q8, j);
-        for (int i = window.x_begin; i < window.x_end; i++) {
-            const int32_t step_q8 = disparity_q8[i] - here_q8;
-            // Marked pixels count as what they were, whichever is looked at first.
-            const uint8_t was = reason[i] & (MARK_SUPPORTED - 1);
-            count += ((reason[i] == REASON_VALID) | (was == too)) & (step_q8 <= TUNE_SUPPORT_STEP) &
-                     (step_q8 >= -TUNE_SUPPORT_STEP);
-        }
-    }
-    return count;
-}
-
-// Whether one check alone rejected the winner: the limit of its cost, or that of its margin.
-static bool failed_one_limit(const struct match_accepted_range *accepted, int index, uint8_t reason,
-                             uint8_t confidence) {
-    return reason == REASON_AMBIGUOUS ||
-           (reason == REASON_OUT_OF_RANGE && confidence >= TUNE_MARGIN_MIN &&
-            index >= accepted->first && index <= accepted->last);
-}
-
-// Whether winners around that only their cost rejected count as accepted ones: where texture
-// is faint noise makes correct ones expensive, but their rivals stay far behind.
-static bool has_costly_support(const struct match_output *output, int x, int y) {
-    return match_margin_around(output, x, y) >= TUNE_MEAN_MARGIN_CLEAR &&
-           support_count(output, x, y, REASON_OUT_OF_RANGE) >= TUNE_SUPPORT_COST;
-}
-
-// The cost of a winner grows with the slope of its surface and with differences of the lenses, and
-// its margin shrinks: correct ones that limits alone reject are kept if they continue a surface.
-static void mark_supported(const struct support_check *check, int y_begin, int y_end) {
-    struct match_output *output = check->output;
-    const int width = output->reason.width;
-    for (int y = y_begin; y < y_end; y++) {
-        uint8_t *reason = image_u8_row(&output->reason, y);
-        const uint8_t *confidence = image_u8_row(&output->confidence, y);
-        const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
-        for (int x = 0; x < width; x++) {
-            if (reason[x] == REASON_VALID) {
-                continue;
-            }
-            const int index = match_whole_disparity(disparity_q8[x]) - check->lowest;
-            const bool expensive = reason[x] == REASON_OUT_OF_RANGE;
-            const int min = expensive ? TUNE_SUPPORT_COST : TUNE_SUPPORT_RIVAL;
-            if (failed_one_limit(&check->accepted, index, reason[x], confidence[x]) &&
-                (support_count(output, x, y, REASON_VALID) >= min ||
-                 (expensive && has_costly_support(output, x, y)))) {
-                reason[x] = (uint8_t)(reason[x] | MARK_SUPPORTED);
-            }
-        }
-    }
-}
-
-// Row `half` of the 2 x parts halves.
-static int half_row(const struct support_check *check, int half) {
-    return check->output->reason.height * half / (2 * check->parts);
-}
-
-// A pass over the upper halves of all parts reads no row that another part writes in it, nor does
-// one over the lower halves.
-static void mark_upper_half(void *context, int index) {
-    const struct support_check *check = context;
-    mark_supported(check, half_row(check, 2 * index), half_row(check, 2 * index + 1));
-}
-
-static void mark_lower_half(void *context, int index) {
-    const struct support_check *check = context;
-    mark_supported(check, half_row(check, 2 * index + 1), half_row(check, 2 * index + 2));
-}
-
-static void accept_marked(void *context, int index) {
-    const struct support_check *check = context;
-    const int width = check->output->reason.width;
-    const int y_end = half_row(check, 2 * index + 2);
-    for (int y = half_row(check, 2 * index); y < y_end; y++) {
-        uint8_t *restrict reason = image_u8_row(&check->output->reason, y);
-        for (int x = 0; x < width; x++) {
-            reason[x] = reason[x] >= MARK_SUPPORTED ? (uint8_t)REASON_VALID : reason[x];
-        }
-    }
-}
-
-void match_accept_supported(const struct match_options *options, const struct parallel *parallel,
-                            struct match_output *output) {
-    // Halves that are lower than the window would meet.
-    const int parts_max = output->reason.height / (2 * TUNE_SUPPORT_ROWS);
-    struct support_check check = {
-        .output = output,
-        .accepted = match_accepted_range_of(options),
-        .lowest = match_searched_min(options),
-        .parts = parallel->threads < parts_max ? parallel->threads : parts_max};
-    INVARIANT(check.parts >= 1);
-    parallel->run(parallel->self, mark_upper_half, &check, check.parts);
-    parallel->run(parallel->self, mark_lower_half, &check, check.parts);
-    parallel->run(parallel->self, accept_marked, &check, check.parts);
-}
 
 enum {
     BLOCK = 8,       // pixels, both ways
@@ -181,12 +36,9 @@ struct part {
 
 struct block {
     uint8_t textured;  // whether there is texture along the row
-    uint8_t sloped;    // whether slopes along the row are above noise
-    uint8_t strong;    // and far above
-    uint8_t balanced;  // whether they have enough of the energy of those along the column
+    uint8_t strong;    // whether slopes along the row are far above noise
     uint8_t seen;      // pixels that both cameras may see
     uint8_t accepted;  // of these, by the checks of single pixels
-    uint8_t share;     // of the accepted pixels around, in 1/255 of those seen
 };
 
 struct block_check {
@@ -196,6 +48,8 @@ struct block_check {
     bool coarse;        // whether the texture is
     struct block *map;  // all rows of blocks
     int blocks, block_rows;
+    struct match_accepted_range accepted;
+    int lowest;  // disparity searched
     struct part part[MAX_PARTS];
     int parts;
 };
@@ -298,24 +152,13 @@ static void classify_texture(const struct block_check *check, const struct part 
         slopes += part->slopes[clamped(b + i, check->blocks)];
     }
     const uint64_t noise = slopes * NOISE_OF_SLOPE * check->noise_q8 / 256;
-    const uint64_t signal_min = (TUNE_SIGNAL + 1) * noise;
     const uint64_t structure = upright > noise ? upright - noise : 0;
-    block->sloped = slopes > 0 && along >= signal_min;
-    block->textured = slopes > 0 && along >= signal_min + structure / TUNE_UPRIGHT;
-    block->balanced = slopes > 0 && along >= noise + structure / TUNE_BALANCED;
+    block->textured = slopes > 0 && along >= (TUNE_SIGNAL + 1) * noise + structure / TUNE_UPRIGHT;
     block->strong = slopes > 0 && along >= TUNE_STRONG_SIGNAL * noise;
-}
-
-// Whether the pixels between two accepted ones, the second of which is in front by a step, are
-// hidden from the right camera: they are not much wider than it.
-static bool is_hidden_gap(int32_t step_q8, int between) {
-    return step_q8 >= TUNE_HIDDEN_STEP_PX * DISPARITY_ONE &&
-           2 * between * DISPARITY_ONE <= TUNE_HIDDEN_WIDTH * step_q8;
 }
 
 static void count_pixels(const struct match_output *output, int y, struct block *blocks) {
     const uint8_t *restrict reason = image_u8_row(&output->reason, y);
-    const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
     const int width = output->reason.width;
     for (int begin = 0; begin < width; begin += BLOCK) {
         const int end = begin + BLOCK < width ? begin + BLOCK : width;
@@ -328,39 +171,31 @@ static void count_pixels(const struct match_output *output, int y, struct block 
         blocks[begin / BLOCK].seen = (uint8_t)(blocks[begin / BLOCK].seen + seen);
         blocks[begin / BLOCK].accepted = (uint8_t)(blocks[begin / BLOCK].accepted + accepted);
     }
-    int before = width;
-    for (int x = 1; x < width; x++) {
-        if (reason[x] != REASON_VALID) {
-            before = reason[x - 1] == REASON_VALID ? x - 1 : before;
-        } else if (reason[x - 1] != REASON_VALID && before < x &&
-                   is_hidden_gap(disparity_q8[x] - disparity_q8[before], x - before - 1)) {
-            for (int i = before + 1; i < x; i++) {
-                if (reason[i] != REASON_BORDER) {
-                    blocks[i / BLOCK].seen--;
-                }
-            }
-        }
-    }
 }
 
 static struct block *block_row_of(const struct block_check *check, int block_row) {
     return check->map + (size_t)block_row * (size_t)check->blocks;
 }
 
-static void measure_row(const struct block_check *check, struct part *part, int block_row) {
+static void count_row(const struct block_check *check, int block_row) {
     INVARIANT(block_row >= 0 && block_row < check->block_rows);
     struct block *blocks = block_row_of(check, block_row);
     memset(blocks, 0, (size_t)check->blocks * sizeof *blocks);
+    const int begin = block_row * BLOCK;
+    for (int y = begin; y < begin + BLOCK && y < check->output->reason.height; y++) {
+        count_pixels(check->output, y, blocks);
+    }
+}
+
+static void measure_row(const struct block_check *check, struct part *part, int block_row) {
+    count_row(check, block_row);
+    struct block *blocks = block_row_of(check, block_row);
     memset(part->along, 0, (size_t)check->blocks * sizeof *part->along);
     memset(part->upright, 0, (size_t)check->blocks * sizeof *part->upright);
     memset(part->slopes, 0, (size_t)check->blocks * sizeof *part->slopes);
     const int height = check->output->reason.height;
     const int begin = block_row * BLOCK;
-    for (int y = begin; y < begin + BLOCK && y < height; y++) {
-        count_pixels(check->output, y, blocks);
-        if ((y - begin) % ROW_STEP != 0) {
-            continue;
-        }
+    for (int y = begin; y < begin + BLOCK && y < height; y += ROW_STEP) {
         if (y == begin) {
             smooth_row(check->input, y - ROW_STEP, part->smooth[0]);
             smooth_row(check->input, y, part->smooth[1]);
@@ -401,63 +236,55 @@ static struct sums sums_around(const struct block_check *check, int block_row, i
     return sums;
 }
 
-// Whether one of the blocks around has that share.
-static bool has_share_around(const struct block_check *check, int block_row, int b, int share_min) {
-    const int row_last = clamped(block_row + SHARE_BLOCKS, check->block_rows);
-    const int last = clamped(b + SHARE_BLOCKS, check->blocks);
-    bool found = false;
-    for (int r = clamped(block_row - SHARE_BLOCKS, check->block_rows); r <= row_last && !found;
-         r++) {
-        const struct block *blocks = block_row_of(check, r);
-        for (int i = clamped(b - SHARE_BLOCKS, check->blocks); i <= last && !found; i++) {
-            found = blocks[i].share >= share_min;
+// Accepted pixels around, in 1/255 of those that both cameras may see.
+static int share_of(const struct sums *around) {
+    return around->seen > 0 ? UINT8_MAX * around->accepted / around->seen : 0;
+}
+
+// Where texture is faint noise makes correct winners expensive, but others around are accepted.
+static void accept_costly(const struct block_check *check, int block_row, int b) {
+    const struct sums around = sums_around(check, block_row, b, SHARE_BLOCKS);
+    if (share_of(&around) < TUNE_SHARE_ANY_COST) {
+        return;
+    }
+    struct match_output *output = check->output;
+    const int x_end = clamped((b + 1) * BLOCK - 1, output->reason.width) + 1;
+    const int y_end = clamped((block_row + 1) * BLOCK - 1, output->reason.height) + 1;
+    for (int y = block_row * BLOCK; y < y_end; y++) {
+        uint8_t *reason = image_u8_row(&output->reason, y);
+        const uint8_t *margin = image_u8_row(&output->confidence, y);
+        const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
+        for (int x = b * BLOCK; x < x_end; x++) {
+            const int lane = match_whole_disparity(disparity_q8[x]) - check->lowest;
+            if (reason[x] == match_rules[MATCH_COST].reason && lane >= check->accepted.first &&
+                lane <= check->accepted.last && match_accepts(MATCH_MARGIN, margin[x])) {
+                reason[x] = REASON_VALID;
+            }
         }
     }
-    return found;
 }
 
-static int share_of(int accepted, int seen) {
-    return seen > 0 ? UINT8_MAX * accepted / seen : 0;
-}
-
-// Whether wrong winners may agree, as they do where texture is coarse.
-static bool is_coarse_without_share(const struct block_check *check, int block_row, int b) {
-    return check->coarse && block_row_of(check, block_row)[b].share < TUNE_SHARE_COARSE &&
-           sums_around(check, block_row, b, SHARE_BLOCKS).strong < TUNE_STRONG_COARSE;
-}
-
-static int margin_of(const struct block_check *check, int block_row, int b) {
-    const int x = clamped(b * BLOCK + BLOCK / 2, check->output->reason.width);
-    const int y = clamped(block_row * BLOCK + BLOCK / 2, check->output->reason.height);
-    return match_margin_around(check->output, x, y);
-}
-
-// Whether a block with little texture next to it is accepted.
-static bool is_accepted_without_texture(const struct block_check *check, int block_row, int b) {
-    const struct block *block = &block_row_of(check, block_row)[b];
-    const int textured = sums_around(check, block_row, b, FAR_BLOCKS).textured;
-    return (textured >= TUNE_TEXTURED_FAR && block->share >= TUNE_SHARE_FAR) ||
-           (textured >= TUNE_TEXTURED_FEW && block->share >= TUNE_SHARE_FEW) ||
-           (textured >= TUNE_TEXTURED_EDGE && block->sloped &&
-            share_of(block->accepted, block->seen) >= TUNE_SHARE_EDGE &&
-            has_share_around(check, block_row, b, TUNE_SHARE_FEW)) ||
-           (block->balanced && block->share >= TUNE_SHARE_FAR &&
-            margin_of(check, block_row, b) >= TUNE_MEAN_MARGIN_CLEAR);
-}
-
-// The reason to reject a block, or REASON_VALID.
-static enum reason reason_of(const struct block_check *check, int block_row, int b) {
+// The first rule that rejects a block, or MATCH_RULES.
+static enum match_measure failed_rule(const struct block_check *check, int block_row, int b) {
+    const struct sums around = sums_around(check, block_row, b, SHARE_BLOCKS);
+    const int share = share_of(&around);
     const bool near_texture =
         sums_around(check, block_row, b, NEAR_BLOCKS).textured >= TUNE_TEXTURED_NEAR;
-    const bool agrees = near_texture ? has_share_around(check, block_row, b, TUNE_SHARE_REACHED)
-                                     : is_accepted_without_texture(check, block_row, b);
-    if (agrees && !is_coarse_without_share(check, block_row, b)) {
-        return REASON_VALID;
+    const bool coarse = check->coarse && around.strong < TUNE_STRONG_COARSE;
+    const int values[MATCH_RULES] = {
+        [MATCH_TEXTURE] = sums_around(check, block_row, b, FAR_BLOCKS).textured,
+        [MATCH_SHARE] = near_texture ? UINT8_MAX : share,
+        [MATCH_SHARE_COARSE] = coarse ? share : UINT8_MAX,
+    };
+    for (int i = MATCH_TEXTURE; i <= MATCH_SHARE_COARSE; i++) {
+        if (!match_accepts((enum match_measure)i, values[i])) {
+            return (enum match_measure)i;
+        }
     }
-    return near_texture ? REASON_AMBIGUOUS : REASON_NO_TEXTURE;
+    return MATCH_RULES;
 }
 
-static void reject(const struct block_check *check, int block_row, int b, enum reason why) {
+static void reject(const struct block_check *check, int block_row, int b, uint8_t why) {
     struct image_u8 *reason = &check->output->reason;
     const int x_end = (b + 1) * BLOCK < reason->width ? (b + 1) * BLOCK : reason->width;
     const int y_end =
@@ -465,7 +292,7 @@ static void reject(const struct block_check *check, int block_row, int b, enum r
     for (int y = block_row * BLOCK; y < y_end; y++) {
         uint8_t *row = image_u8_row(reason, y);
         for (int x = b * BLOCK; x < x_end; x++) {
-            row[x] = row[x] == REASON_VALID ? (uint8_t)why : row[x];
+            row[x] = row[x] == REASON_VALID ? why : row[x];
         }
     }
 }
@@ -475,8 +302,7 @@ static uint32_t slope_at(const uint16_t *smooth, int x) {
     return (uint32_t)(slope * slope);
 }
 
-// Where the plain pixels from x on end at an outline, with the onset of its slope; x if they do
-// not.
+// Where the plain pixels from x on end at an outline; x if they do not.
 static int hidden_end(const uint16_t *smooth, uint64_t noise, int width, int x) {
     INVARIANT(x >= 0 && x < width);
     const int end = x + TUNE_HIDDEN_MAX_PX < width ? x + TUNE_HIDDEN_MAX_PX : width;
@@ -492,8 +318,7 @@ static int hidden_end(const uint16_t *smooth, uint64_t noise, int width, int x) 
     if (at < x || steepest <= TUNE_OUTLINE_SLOPE * noise) {
         return x;
     }
-    INVARIANT(at < end);
-    return at - x < TUNE_ONSET_RUN_PX ? at : at + TUNE_ONSET_PX;
+    return at;
 }
 
 // What an object hides has no match. Where it has no texture along the row either, the nearest
@@ -510,11 +335,27 @@ void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, u
             __builtin_popcount(occluded) >= TUNE_HIDDEN_BEFORE) {
             end = hidden_end(smooth, noise, width, x);
         }
-        if (accepted && x < end) {
-            reason[x] = REASON_OCCLUDED;
+        if (accepted && !match_accepts(MATCH_PLAIN, end - x)) {
+            reason[x] = match_rules[MATCH_PLAIN].reason;
         }
         occluded = (uint16_t)(occluded << 1 | is_occluded);
         after_accepted = accepted;
+    }
+}
+
+static void count_part(void *context, int index) {
+    const struct block_check *check = context;
+    for (int r = check->part[index].begin; r < check->part[index].end; r++) {
+        count_row(check, r);
+    }
+}
+
+static void accept_part(void *context, int index) {
+    const struct block_check *check = context;
+    for (int r = check->part[index].begin; r < check->part[index].end; r++) {
+        for (int b = 0; b < check->blocks; b++) {
+            accept_costly(check, r, b);
+        }
     }
 }
 
@@ -526,21 +367,14 @@ static void measure_part(void *context, int index) {
     }
 }
 
-static void share_part(void *context, int index) {
-    const struct block_check *check = context;
-    for (int r = check->part[index].begin; r < check->part[index].end; r++) {
-        for (int b = 0; b < check->blocks; b++) {
-            const struct sums sums = sums_around(check, r, b, SHARE_BLOCKS);
-            block_row_of(check, r)[b].share = (uint8_t)share_of(sums.accepted, sums.seen);
-        }
-    }
-}
-
 static void reject_part(void *context, int index) {
     const struct block_check *check = context;
     for (int r = check->part[index].begin; r < check->part[index].end; r++) {
         for (int b = 0; b < check->blocks; b++) {
-            reject(check, r, b, reason_of(check, r, b));
+            const enum match_measure failed = failed_rule(check, r, b);
+            if (failed != MATCH_RULES) {
+                reject(check, r, b, match_rules[failed].reason);
+            }
         }
         for (int y = r * BLOCK; y < (r + 1) * BLOCK && y < check->output->reason.height; y++) {
             uint16_t *smooth = check->part[index].smooth[0];
@@ -582,12 +416,13 @@ size_t match_check_blocks_need_bytes(int width, int threads) {
     return memory.need_bytes;
 }
 
-int match_check_blocks(const struct match_input *input, int smoothing,
-                       const struct parallel *parallel, struct arena *arena,
+int match_check_blocks(const struct match_input *input, const struct match_options *options,
+                       int smoothing, const struct parallel *parallel, struct arena *arena,
                        struct match_output *output) {
     struct block_check check = {.input = input,
                                 .output = output,
-                                .noise_q8 = match_noise_q8(input, output),
+                                .accepted = match_accepted_range_of(options),
+                                .lowest = match_searched_min(options),
                                 .coarse = smoothing == TUNE_SMOOTHING_COARSE};
     const size_t mark = arena_mark(arena);
     check.blocks = (int)block_count(output->reason.width);
@@ -601,8 +436,10 @@ int match_check_blocks(const struct match_input *input, int smoothing,
         check.part[i].end = check.block_rows * (i + 1) / check.parts;
     }
     if (!memory.failed) {
+        parallel->run(parallel->self, count_part, &check, check.parts);
+        parallel->run(parallel->self, accept_part, &check, check.parts);
+        check.noise_q8 = match_noise_q8(input, output);
         parallel->run(parallel->self, measure_part, &check, check.parts);
-        parallel->run(parallel->self, share_part, &check, check.parts);
         parallel->run(parallel->self, reject_part, &check, check.parts);
     }
     arena_release(arena, mark);

@@ -44,21 +44,15 @@ static void check_claims(const struct match_level *level, const struct match_lin
     uint8_t *restrict consistent = line->row.consistent;
     const int16_t *restrict lane = line->row.lane;
     const uint32_t *restrict claim = line->row.claim;
+    const uint32_t off = (uint32_t)match_rules[MATCH_LEFT_RIGHT].limit;
     const int width = level->width;
     for (int x = 0; x < width; x++) {
         const int right_x = lane[x] < 0 ? width : x - level->disparity_min - lane[x];
-        // 0 and 2 are one lane off.
-        const uint32_t gap = (uint32_t)CLAIM_FIT - claim[right_x] % CLAIM_FIT - (uint32_t)lane[x];
-        consistent[x] = gap <= 2;
+        // 0 and 2 off are as many lanes off.
+        const uint32_t gap =
+            (uint32_t)CLAIM_FIT - 1 + off - claim[right_x] % CLAIM_FIT - (uint32_t)lane[x];
+        consistent[x] = gap <= 2 * off;
     }
-}
-
-static inline uint8_t fit_max_of(const struct match_level *level) {
-    if (!match_is_smoothed(level)) {
-        return TUNE_COST_MAX;
-    }
-    return level->state->smoothing == TUNE_SMOOTHING_STRONG ? TUNE_COST_MAX_STRONG
-                                                            : TUNE_COST_MAX_SMOOTHED;
 }
 
 // Whether the winners are inside the requested range, neither at the ends of the search nor in the
@@ -69,14 +63,14 @@ static void check_fits(const struct match_level *level, const struct match_line 
     const uint32_t *restrict around = line->row.around;
     uint8_t *restrict fit = line->row.fit;
     const int width = level->width;
+    const int more = match_is_smoothed(level) ? TUNE_COST_SMOOTHED : 0;
     for (int x = 0; x < width; x++) {
         fit[x] = (uint8_t)(around[x] >> 8);
     }
     const int16_t first = (int16_t)level->accepted.first;
     const int16_t last = (int16_t)level->accepted.last;
-    const uint8_t fit_max = fit_max_of(level);
     for (int x = 0; x < width; x++) {
-        fits[x] = (lane[x] >= first) & (lane[x] <= last) & (fit[x] <= fit_max);
+        fits[x] = (lane[x] >= first) & (lane[x] <= last) & match_accepts(MATCH_COST, fit[x] + more);
     }
 }
 
@@ -150,13 +144,13 @@ static void write_surface(struct match_level *level, const struct match_line *li
     }
 }
 
-// Margin below which a winner is ambiguous, by the contrast around it: where that is faint noise
-// decides, elsewhere a depth edge lowers the penalty of a jump, and with it the margin.
+// The limit of the margin, by the contrast around: where that is faint noise decides, elsewhere a
+// depth edge lowers the penalty of a jump, and with it the margin.
 static inline uint8_t margin_min_at(uint8_t contrast) {
     const uint8_t most = TUNE_CONTRAST_FAINT + TUNE_MARGIN_MIN - TUNE_MARGIN_LEAST;
     const uint8_t capped = contrast < most ? contrast : most;
     const uint8_t more = capped > TUNE_CONTRAST_FAINT ? (uint8_t)(capped - TUNE_CONTRAST_FAINT) : 0;
-    return (uint8_t)(TUNE_MARGIN_MIN - more);
+    return (uint8_t)(match_rules[MATCH_MARGIN].limit - more);
 }
 
 // The reason to reject the winner of each pixel, or REASON_VALID.
@@ -169,10 +163,12 @@ static void write_reasons(const struct match_line *line, int width, uint8_t *res
         // All are read first: compilers do not vectorize reads on a condition.
         const uint8_t fit = fits[x], range = contrast[x], agrees = consistent[x];
         const uint8_t certain = margin[x] >= margin_min_at(range) ? 1 : 0;
-        uint8_t doubt = fit == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
-        doubt = range < TUNE_CONTRAST_MIN ? REASON_NO_TEXTURE : doubt;
+        const uint8_t distinct = match_accepts(MATCH_CONTRAST, range) ? 1 : 0;
+        uint8_t doubt =
+            fit == 0 ? match_rules[MATCH_COST].reason : match_rules[MATCH_MARGIN].reason;
+        doubt = distinct == 0 ? match_rules[MATCH_CONTRAST].reason : doubt;
         doubt = (fit & certain) == 0 ? doubt : REASON_VALID;
-        reason[x] = agrees == 0 ? REASON_OCCLUDED : doubt;
+        reason[x] = agrees == 0 ? match_rules[MATCH_LEFT_RIGHT].reason : doubt;
     }
     const int16_t *restrict lane = line->row.lane;
     for (int x = 0; x < width; x++) {
