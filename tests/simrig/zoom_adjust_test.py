@@ -18,7 +18,7 @@ VERGENCE = os.environ["VERGENCE"]
 SIMRIG = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tools" / "simrig"
 RENDER = pathlib.Path(os.environ["SIMRIG"]).parent / "simrig-render"
 TEXT = subprocess.run([os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout
-COLUMN, ROW, WIDTH, HEIGHT = 384, 288, 1280, 960
+COLUMN, ROW, WIDTH, HEIGHT = 544, 408, 960, 720
 PAN_DEG, FOCUS = 3.97, 544.0
 WIDE, TELE = 340.0, 700.0
 # What no reading shows: degrees of both servos, counts of both zoom rings.
