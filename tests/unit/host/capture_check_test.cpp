@@ -116,7 +116,7 @@ TEST_CASE("a capture's time is that of its positions, without the person's and t
     std::vector<capture_shot> shots(4);
     const uint64_t begin_us[] = {10000000, 15000000, 100000000, 3000000};
     for (size_t i = 0; i < 4; i++) {
-        shots[i].board_position = i < 2 ? 1 : 2;
+        shots[i].position = i < 2 ? 1 : 2;
         shots[i].begin_us = begin_us[i];
         shots[i].end_us = begin_us[i] + 1000000;
     }

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math.h"
+
 namespace {
 
 const calib::board board = {10, 7, 24, "4x4_50", 17};
@@ -28,7 +30,8 @@ calib::board_view view_of(double focal_px, double z_mm, double tilt_deg, double 
 
 capture_shot shot_at(int zoom, const calib::board_view &view) {
     capture_shot shot;
-    shot.zoom_counts = {zoom + 0.4, zoom - 0.3};
+    shot.axes[0].zoom_counts = zoom + 0.4;
+    shot.axes[1].zoom_counts = zoom - 0.3;
     shot.view = {view, view};
     return shot;
 }
@@ -90,8 +93,9 @@ void see_all(const capture_optics &optics, const std::vector<int> &zooms,
                            view.corners.end());
         if (view.corners.size() >= CAPTURE_CORNERS_MIN) {
             shots->push_back(shot_at(zoom, view));
-            shots->back().board_position = position;
-            shots->back().pan_deg = {4, -4};
+            shots->back().position = int(position);
+            shots->back().axes[0].pan_rad = 4 * MATH_RAD_PER_DEGREE;
+            shots->back().axes[1].pan_rad = -4 * MATH_RAD_PER_DEGREE;
         }
     }
 }

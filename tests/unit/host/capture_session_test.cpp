@@ -62,7 +62,7 @@ void make_incoming(const std::string &path, const char *camera, uint16_t value, 
 }
 
 void see(capture_shot *shot, uint32_t position) {
-    shot->board_position = position;
+    shot->position = int(position);
     for (calib::board_view &view : shot->view) {
         view.corners = {{0, 1.5, 2.5, 0.02}, {4, 5.25, 2.5, 0.04}};
     }
@@ -103,7 +103,7 @@ TEST_CASE("pairs are added to one session, which is resumed by the next run") {
             CHECK(shot.moved.empty());
             CHECK(shot.begin_us == 1000000);
             CHECK(shot.end_us == 1040000);
-            CHECK(shot.zoom_counts[1] == doctest::Approx(300 + (100 * run + 10 * i) / 16.0));
+            CHECK(shot.axes[1].zoom_counts == doctest::Approx(300 + (100 * run + 10 * i) / 16.0));
             see(&shot, run);
             REQUIRE_MESSAGE(session.add(incoming, shot, &error), error);
         }
@@ -116,7 +116,7 @@ TEST_CASE("pairs are added to one session, which is resumed by the next run") {
     REQUIRE(session.shots().size() == 6);
     for (size_t i = 0; i < 6; i++) {
         const capture_shot &shot = session.shots()[i];
-        CHECK(shot.board_position == 1 + i / 2);
+        CHECK(shot.position == int(1 + i / 2));
         CHECK(shot.pan_q4[0] == 24000);
         REQUIRE(shot.view[1].corners.size() == 2);
         CHECK(shot.view[1].corners[1].index == 4);

@@ -159,7 +159,7 @@ std::string capture_check_zoomed(const capture_optics &optics, const capture_sho
 double capture_minutes(const std::vector<capture_shot> &shots) {
     double us = 0;
     for (size_t i = 0; i < shots.size(); i++) {
-        const bool begins = i == 0 || shots[i].board_position != shots[i - 1].board_position;
+        const bool begins = i == 0 || shots[i].position != shots[i - 1].position;
         // The clock begins again when the instrument does.
         const uint64_t from_us = begins ? shots[i].begin_us : shots[i - 1].end_us;
         us += shots[i].end_us > from_us ? static_cast<double>(shots[i].end_us - from_us) : 0;

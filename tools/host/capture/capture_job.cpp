@@ -79,7 +79,7 @@ class runner {
         }
         uint32_t position = 0;
         for (const capture_shot &shot : session_.shots()) {
-            position = std::max(position, shot.board_position);
+            position = std::max(position, static_cast<uint32_t>(shot.position));
         }
         planned_ = capture_places_before(optics_, zooms_, job_.board, session_.shots(),
                                          job_.near_mm, job_.far_mm);
@@ -225,7 +225,7 @@ class runner {
                         " ring moved while a pair was taken, which was not kept (the same command "
                         "continues with a new position)");
         }
-        shot->board_position = position;
+        shot->position = static_cast<int>(position);
         captures_++;
         const std::string of = " of " + std::to_string(captures_planned_);
         std::printf("  %5.1f mm: %zu and %zu corners (captures %d%s)\n", optics_.focal_mm(zoom),
@@ -264,7 +264,7 @@ class runner {
         *whites = 0;
         for (size_t side = 0; side < 2; side++) {
             calibrate_image image;
-            if (!calibrate_image_read(directory_.incoming() + "/" + shot->frame[side], true, &image,
+            if (!calibrate_image_read(directory_.incoming() + "/" + shot->name[side], true, &image,
                                       &error_)) {
                 return false;
             }

@@ -268,7 +268,7 @@ capture_coverage capture_coverage_of(const capture_optics &optics, const std::ve
     coverage.zoom.resize(zooms.size());
     for (const capture_shot &shot : shots) {
         for (size_t side = 0; side < 2; side++) {
-            const int index = capture_zoom_index(zooms, shot.zoom_counts[side]);
+            const int index = capture_zoom_index(zooms, shot.axes[side].zoom_counts);
             capture_coverage::camera &camera = coverage.zoom[static_cast<size_t>(index)][side];
             std::array<bool, CAPTURE_CELLS> hit{};
             for (const calib::corner &c : shot.view[side].corners) {
@@ -307,14 +307,17 @@ std::vector<capture_place> capture_places_before(const capture_optics &optics,
                                                  double near_mm, double far_mm) {
     std::vector<capture_place> places;
     for (size_t i = 0; i < shots.size(); i++) {
-        if (i > 0 && shots[i].board_position == shots[i - 1].board_position) {
+        if (i > 0 && shots[i].position == shots[i - 1].position) {
             continue;
         }
         const auto end = shots.begin() + static_cast<std::ptrdiff_t>(i);
         capture_coverage covered = capture_coverage_of(optics, zooms, {shots.begin(), end});
         covered.tried = places;
-        places.push_back(
-            capture_next_place(optics, zooms, board, covered, shots[i].pan_deg, near_mm, far_mm));
+        const auto &axes = shots[i].axes;
+        places.push_back(capture_next_place(
+            optics, zooms, board, covered,
+            {axes[0].pan_rad * MATH_DEGREE_PER_RAD, axes[1].pan_rad * MATH_DEGREE_PER_RAD}, near_mm,
+            far_mm));
     }
     return places;
 }

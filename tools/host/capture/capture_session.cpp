@@ -15,6 +15,7 @@
 
 #include "calib/base/coded_layout.hpp"
 #include "core/error.h"
+#include "core/math.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/session/session_write.h"
@@ -50,16 +51,17 @@ std::string moved_lens(const pair &taken) {
 
 capture_shot shot_of(const session_pair_files &files) {
     capture_shot shot;
-    shot.board_position = files.board_position;
+    shot.position = static_cast<int>(files.board_position);
     shot.begin_us = std::min(files.pair->frame[0].begin_us, files.pair->frame[1].begin_us);
     shot.end_us = std::max(files.pair->frame[0].end_us, files.pair->frame[1].end_us);
     shot.moved = moved_lens(*files.pair);
     for (size_t side = 0; side < 2; side++) {
         const pair_axes &axes = files.pair->frame[side].before;
-        shot.zoom_counts[side] = axes.lens[LENS_ZOOM].position_q4 / q4;
+        shot.axes[side] = {
+            axes.lens[LENS_ZOOM].position_q4 / q4, axes.lens[LENS_FOCUS].position_q4 / q4,
+            files.state.origin.side[side].axis[CALIBRATION_PAN].mean * MATH_RAD_PER_DEGREE};
         shot.pan_q4[side] = axes.pan_q4;
-        shot.pan_deg[side] = files.state.origin.side[side].axis[CALIBRATION_PAN].mean;
-        shot.frame[side] = base_name(files.path[side]);
+        shot.name[side] = base_name(files.path[side]);
         const pair_frame &frame = files.pair->frame[side];
         shot.window_px[side] = {frame.window.column_px, frame.window.row_px,
                                 static_cast<int>(frame.image.width_px),
@@ -178,14 +180,14 @@ bool capture_session::load(std::string *error) {
         by_name[one.filename] = &one.view;
     }
     for (capture_shot &shot : shots) {
-        if (shot.board_position == 0) {
+        if (shot.position == 0) {
             *error = path_ +
                      ": not a session of \"vergence calibrate capture\" (give another "
                      "directory)";
             return false;
         }
         for (size_t side = 0; side < 2; side++) {
-            const auto found = by_name.find(shot.frame[side]);
+            const auto found = by_name.find(shot.name[side]);
             shot.view[side] = found != by_name.end() ? *found->second : calib::board_view();
         }
     }
@@ -265,8 +267,8 @@ bool capture_session::add(const std::string &incoming, const capture_shot &shot,
     }
     session_event &event = from->pairs.pair;
     int code = 0;
-    if (noted_position_ != shot.board_position) {
-        const std::string text = SESSION_BOARD_POSITION + std::to_string(shot.board_position);
+    if (noted_position_ != shot.position) {
+        const std::string text = SESSION_BOARD_POSITION + std::to_string(shot.position);
         code = session_writer_command(writer_.get(), text.c_str(), &last_error);
     }
     for (int side = 0; side < 2 && code == 0; side++) {
@@ -281,7 +283,7 @@ bool capture_session::add(const std::string &incoming, const capture_shot &shot,
         *error = last_error.text;
         return false;
     }
-    noted_position_ = shot.board_position;
+    noted_position_ = shot.position;
     shots_.push_back(shot);
     return write_corners(error);
 }
@@ -309,7 +311,7 @@ bool capture_session::write_corners(std::string *error) const {
     std::vector<calib::cached_view> views;
     for (const capture_shot &shot : shots_) {
         for (size_t side = 0; side < 2; side++) {
-            views.push_back({shot.frame[side], shot.view[side]});
+            views.push_back({shot.name[side], shot.view[side]});
         }
     }
     std::ostringstream out;

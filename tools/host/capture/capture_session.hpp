@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "calib/base/corner_cache.hpp"
+#include "calib/base/solution.hpp"
 #include "daemon/session/session_pairs.h"
 
 struct session_writer;
@@ -19,15 +20,10 @@ struct session_writer;
 /// The part of a sensor that a frame shows: column, row, width and height.
 using capture_window = std::array<int, 4>;
 
-/// A pair of the session.
-struct capture_shot {
-    uint32_t board_position = 0;  // from 1
-    std::array<double, 2> zoom_counts{};
+/// A pair of the session, named by its files; positions are counted from 1.
+struct capture_shot : calib::capture {
     std::array<uint16_t, 2> pan_q4{};
-    std::array<double, 2> pan_deg{};
     std::array<capture_window, 2> window_px{};
-    std::array<std::string, 2> frame;  // names of the files
-    std::array<calib::board_view, 2> view;
     uint64_t begin_us = 0, end_us = 0;  // of the exposures, by the instrument's clock
     std::string moved;  // a lens that moved while the pair was taken, as "left zoom"; "": none
 };
@@ -72,7 +68,7 @@ class capture_session {
     std::unique_ptr<session_writer> writer_;
     std::vector<capture_shot> shots_;
     session_corner_noise noise_{};
-    uint32_t noted_position_ = 0;
+    int noted_position_ = 0;
 };
 
 #endif
