@@ -79,6 +79,7 @@ WORDS = {
     "tools/host/formats": "format|input|result",
     "tools/host/info": "info",
     "tools/host/mesh": "mesh",
+    "tools/host/page": "report.html|calibration.html|--debug",
     "tools/host/report": "report.html",
     "tools/simrig": "simrig",
 }

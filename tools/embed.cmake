@@ -1,28 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes OUTPUT, a C++ file with a report's sources from FOLDER as the strings NAME_page, NAME_style
-# and NAME_script, which NAME.hpp beside FOLDER's pages declares:
-#   cmake -DOUTPUT=... -DFOLDER=... -DNAME=... "-DSCRIPTS=a.js b.js" -P embed.cmake
-# The scripts are joined in the given order inside one function, so that no name leaks into the page.
-function(append_string name text)
-  string(FIND "${text}" ")embedded\"" clash)
-  if(NOT clash EQUAL -1)
-    message(FATAL_ERROR "embed.cmake: ${name} contains the mark that ends a string")
-  endif()
-  file(APPEND ${OUTPUT}.new "const char *const ${name} = R\"embedded(${text})embedded\";\n")
-endfunction()
-
-cmake_path(GET FOLDER FILENAME folder)
-file(WRITE ${OUTPUT}.new "// SPDX-License-Identifier: Apache-2.0\n// Made by tools/embed.cmake.\n"
-     "#include \"tools/host/${folder}/${NAME}.hpp\"\n\n")
-file(READ ${FOLDER}/report.html page)
-append_string(${NAME}_page "${page}")
-file(READ ${FOLDER}/report.css style)
-append_string(${NAME}_style "${style}")
-separate_arguments(scripts UNIX_COMMAND "${SCRIPTS}")
-set(joined "(() => {\n'use strict';\n")
-foreach(script IN LISTS scripts)
-  file(READ ${FOLDER}/${script} text)
-  string(APPEND joined "${text}")
+# Writes OUTPUT, a C file with the text of files as zero-terminated strings:
+#   cmake -DOUTPUT=... "-DTEXTS=NAME|FILE|FILE;NAME|FILE" -P embed.cmake
+# defines `const char *const NAME` with the files' texts one after the other. Called by vergence_embed (folders.cmake).
+file(WRITE ${OUTPUT}.new "// SPDX-License-Identifier: Apache-2.0\n// Made by tools/embed.cmake.\n")
+foreach(text IN LISTS TEXTS)
+  string(REPLACE "|" ";" files "${text}")
+  list(POP_FRONT files name)
+  set(bytes)
+  foreach(file IN LISTS files)
+    file(READ ${file} digits HEX)
+    string(APPEND bytes ${digits})
+  endforeach()
+  # As numbers, because the standard limits the length of a string literal.
+  string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
+  file(APPEND ${OUTPUT}.new
+       "static const unsigned char ${name}_bytes[] = {${bytes}0};\n"
+       "extern const char *const ${name};\n"
+       "const char *const ${name} = (const char *)${name}_bytes;\n")
 endforeach()
-append_string(${NAME}_script "${joined}})();\n")
 file(RENAME ${OUTPUT}.new ${OUTPUT})

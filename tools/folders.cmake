@@ -75,3 +75,21 @@ endfunction()
 function(vergence_together)
   set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
 endfunction()
+
+# vergence_embed(TARGET NAME|FILE... ...): texts that travel inside the program, each the string NAME
+# (`extern const char *const NAME`), made of files below the present folder.
+function(vergence_embed target)
+  set(output ${CMAKE_CURRENT_BINARY_DIR}/${target}_texts.c)
+  set(inputs)
+  foreach(text IN LISTS ARGN)
+    string(REPLACE "|" ";" files ${text})
+    list(POP_FRONT files)
+    list(APPEND inputs ${files})
+  endforeach()
+  add_custom_command(OUTPUT ${output}
+    COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} "-DTEXTS=${ARGN}"
+            -P ${PROJECT_SOURCE_DIR}/tools/embed.cmake
+    WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
+    DEPENDS ${inputs} ${PROJECT_SOURCE_DIR}/tools/embed.cmake VERBATIM)
+  target_sources(${target} PRIVATE ${output})
+endfunction()

@@ -6,6 +6,7 @@
 
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 
 namespace {
 
@@ -44,7 +45,7 @@ std::string coverage_map(const calibration_page &page, const calibration_figures
     svg +=
         report_text_format("<path class=\"dots %s\" stroke-width=\"%.2f\" d=\"%s\"/></svg>\n",
                            camera == 0 ? "mark-a" : "mark-b", 3.5 * width_px / 640, dots.c_str());
-    return calibration_report_figure(
+    return page_figure(
         svg, report_text_format("<b>Coverage, %s.</b> %s used corners; %d of %d areas (red) have "
                                 "none.",
                                 calibration_report_side(page, camera),
@@ -70,7 +71,7 @@ std::string tilt_plot(const calibration_figures &figures) {
     plot.text(0, 0.89 * reach_deg, "top edge away", "middle");
     plot.text(0, -0.95 * reach_deg, "bottom edge away", "middle");
     plot.dots(dots, "mark-a big");
-    return calibration_report_figure(
+    return page_figure(
         plot.svg("Tilts of the boards"),
         "<b>Tilts</b> of the boards against the line of sight of the first camera; rings at 15, 30 "
         "and 45 degrees. Good sets have dots on all sides, between the rings.");
@@ -93,7 +94,7 @@ std::string distance_plot(const calibration_figures &figures) {
         {std::max(0.0, near_mm - margin_mm), far_mm + margin_mm, false, "distance, mm"},
         {0, 1.1 * max_deg, false, "tilt, degrees"}, 330);
     plot.dots(dots, "mark-a big");
-    return calibration_report_figure(
+    return page_figure(
         plot.svg("Distance and tilt of the boards"),
         report_text_format("<b>Distance and tilt.</b> Boards at %s to %s. Different distances and "
                            "tilts separate the focal length from the distance.",
@@ -171,9 +172,8 @@ std::string disturbance_figure(const calibration_page &page, std::size_t capture
             calibration_picture_jpeg(calibration_picture_shrink(picture, PICTURE_WIDTH_PX)).c_str(),
             picture.width_px, picture.height_px, picture.width_px / 30.0, marks.c_str());
     }
-    return calibration_report_figure(
-        shown, "<b>" + calibration_report_image_name(page, capture, camera) + "</b> (" +
-                   calibration_report_side(page, camera) + ")" + words);
+    return page_figure(shown, "<b>" + calibration_report_image_name(page, capture, camera) +
+                                  "</b> (" + calibration_report_side(page, camera) + ")" + words);
 }
 
 }  // namespace

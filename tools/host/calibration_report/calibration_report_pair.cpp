@@ -5,6 +5,7 @@
 
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 
 namespace {
 
@@ -65,7 +66,7 @@ std::string pictures(const calibration_page &page, const calibration_figures &fi
             calibration_report_side(page, side), calibration_picture_jpeg(made).c_str(),
             rows_over(made.width_px, made.height_px).c_str());
     }
-    return calibration_report_figure(
+    return page_figure(
         html + "</div>\n",
         "<b>" + calibration_report_image_name(page, capture, 0) + "</b> and <b>" +
             calibration_report_image_name(page, capture, 1) +
@@ -96,7 +97,7 @@ std::string vertical_histogram(const calibration_figures &figures) {
         plot.bar(low, low + 2 * reach_px / bins, static_cast<double>(count), "bar-fill",
                  report_text_format("%.3f to %.3f px: %zu", low, low + 2 * reach_px / bins, count));
     }
-    return calibration_report_figure(
+    return page_figure(
         plot.svg("Histogram of vertical disparities"),
         report_text_format(
             "<b>Vertical disparity</b> of %s corners seen by both cameras: %.3f px rms, at most "
@@ -107,11 +108,6 @@ std::string vertical_histogram(const calibration_figures &figures) {
             beyond > 0 ? report_text_format(" (%zu beyond the drawing)", beyond).c_str() : ""));
 }
 
-std::string row(const char *name, const std::string &value) {
-    return report_text_format("<tr><th scope=\"row\">%s</th><td>%s</td></tr>\n", name,
-                              value.c_str());
-}
-
 std::string measured_table(const calibration_page &page, const calibration_figures &figures) {
     const calibration_measured &measured = figures.measured;
     if (measured.lengths == 0) {
@@ -119,22 +115,21 @@ std::string measured_table(const calibration_page &page, const calibration_figur
     }
     const double stated_mm = page.seen->target.square_mm;
     const double off_mm = measured.square_mean_mm - stated_mm;
-    std::string rows =
-        row("squares, stated side", report_text_format("%.4f mm", stated_mm)) +
-        row("squares, mean measured side",
-            report_text_format("%.4f mm (%+.3f %%)", measured.square_mean_mm,
-                               100 * off_mm / stated_mm)) +
-        row("squares, rms error of a side", report_text_format("%.4f mm", measured.square_rms_mm)) +
-        row("plane, rms height of corners", report_text_format("%.4f mm", measured.plane_rms_mm)) +
-        row("sides measured", report_text_count(measured.lengths)) +
-        row("corners measured", report_text_count(measured.points));
-    return "<div class=\"panel\"><h3>What the pair measures of its boards</h3><table><tbody>\n" +
-           rows +
-           "</tbody></table><p class=\"hint\">Corners triangulated from both images, lengths "
-           "between neighbours, heights over each board's own plane of best fit" +
-           (page.result->target.bent ? std::string(" (the board itself is bent, see below)")
-                                     : std::string()) +
-           ".</p></div>\n";
+    std::string rows = page_row("squares, stated side", report_text_format("%.4f mm", stated_mm)) +
+                       page_row("squares, mean measured side",
+                                report_text_format("%.4f mm (%+.3f %%)", measured.square_mean_mm,
+                                                   100 * off_mm / stated_mm)) +
+                       page_row("squares, rms error of a side",
+                                report_text_format("%.4f mm", measured.square_rms_mm)) +
+                       page_row("plane, rms height of corners",
+                                report_text_format("%.4f mm", measured.plane_rms_mm)) +
+                       page_row("sides measured", report_text_count(measured.lengths)) +
+                       page_row("corners measured", report_text_count(measured.points));
+    return page_table(
+        "What the pair measures of its boards", {}, rows,
+        std::string("<p class=\"hint\">Corners triangulated from both images, lengths between "
+                    "neighbours, heights over each board's own plane of best fit") +
+            (page.result->target.bent ? " (the board itself is bent, see below)" : "") + ".</p>");
 }
 
 }  // namespace
@@ -148,7 +143,6 @@ std::string calibration_report_pair(const calibration_page &page,
     if (!figures.vertical_px.empty()) {
         html += vertical_histogram(figures);
     }
-    return "<section id=\"pair\" aria-labelledby=\"pair-title\">\n<h2 id=\"pair-title\">Rectified "
-           "pair</h2>\n" +
-           html + measured_table(page, figures) + "</div>\n</section>\n";
+    return page_section("pair", "Rectified pair",
+                        html + measured_table(page, figures) + "</div>\n");
 }

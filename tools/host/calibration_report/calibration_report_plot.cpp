@@ -164,7 +164,3 @@ std::string calibration_report_plot::svg(const std::string &name) const {
                bottom - TOP + 5) +
            body_ + "</svg>\n" + legend_ + "</svg>\n";
 }
-
-std::string calibration_report_figure(const std::string &content, const std::string &caption) {
-    return "<figure>" + content + "<figcaption>" + caption + "</figcaption></figure>\n";
-}

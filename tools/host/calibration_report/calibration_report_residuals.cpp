@@ -6,6 +6,7 @@
 
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 
 namespace {
 
@@ -50,7 +51,7 @@ std::string vectors(const calibration_page &page, const calibration_figures &fig
         own.camera.cy_px, width_px, unit, kind.c_str(), 1.4 * unit, lines.c_str(), kind.c_str(),
         3.2 * unit, feet.c_str(), 6 * unit, rejected.c_str(), 3 * unit, 12 * unit,
         height_px - 14 * unit, bar, 18 * unit + bar, height_px - 9 * unit, 15 * unit, length_px);
-    return calibration_report_figure(
+    return page_figure(
         svg, report_text_format(
                  "<b>Residuals, %s.</b> From each corner as seen towards where the model "
                  "predicts it, enlarged %g times; %.3f px rms. Patterns mean that the model misses "
@@ -114,7 +115,7 @@ std::string radius_plot(const calibration_page &page, const calibration_figures 
         plot.line(means, kind);
         plot.legend(kind, calibration_report_side(page, camera));
     }
-    return calibration_report_figure(
+    return page_figure(
         plot.svg("Residual against radius"),
         "<b>Residual against radius.</b> Dots are corners, lines their means by ring: a line that "
         "leaves zero is distortion outside the model.");
@@ -162,7 +163,7 @@ std::string histogram(const calibration_page &page, const calibration_figures &f
     }
     plot.line(gauss, "mark-ink");
     plot.legend("mark-ink", "Gaussian");
-    return calibration_report_figure(
+    return page_figure(
         plot.svg("Histogram of residuals"),
         report_text_format(
             "<b>Histogram</b> of both components of all used corners, each over the "
@@ -209,11 +210,9 @@ std::string calibration_report_views(const calibration_page &page) {
         }
         rows += "</tr>\n";
     }
-    std::string heads;
+    std::vector<std::string> heads;
     for (int camera = 0; camera < page.seen->cameras; camera++) {
-        heads += report_text_format("<th>%s</th><th></th><th>rms, px</th>",
-                                    calibration_report_side(page, camera));
+        heads.insert(heads.end(), {calibration_report_side(page, camera), "", "rms, px"});
     }
-    return "<div class=\"panel\"><table class=\"views\"><thead><tr>" + heads +
-           "</tr></thead><tbody>\n" + rows + "</tbody></table></div>\n";
+    return page_table("", heads, rows);
 }

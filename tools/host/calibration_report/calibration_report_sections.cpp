@@ -6,33 +6,17 @@
 
 #include "calib/solve/uncertainty.hpp"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 
 namespace {
-
-std::string card(const char *name, const std::string &value, const std::string &note) {
-    return report_text_format(
-        "<div class=\"card\"><p class=\"name\">%s</p><p class=\"value\">%s</p>"
-        "<p class=\"note\">%s</p></div>\n",
-        name, value.c_str(), note.c_str());
-}
-
-std::string notes(const std::vector<std::string> &sentences, const char *kind) {
-    std::string items;
-    for (const std::string &sentence : sentences) {
-        items += report_text_format("<li class=\"%s\">%s</li>\n", kind,
-                                    report_text_escape(sentence).c_str());
-    }
-    return items;
-}
 
 std::string focal_card(const calibration_page &page, int camera) {
     const calib::solution &result = *page.result;
     const lens &one = result.camera[camera];
     const double sigma_px = result.sigma.focal_px[static_cast<std::size_t>(camera)];
     const std::string name = std::string("Focal length, ") + calibration_report_side(page, camera);
-    return card(name.c_str(),
-                report_text_format("%.2f <small>± %.2f px</small>", one.fx_px, sigma_px),
-                report_text_format("one sigma is %.3f %%", 100 * sigma_px / one.fx_px));
+    return page_card(name, report_text_format("%.2f <small>± %.2f px</small>", one.fx_px, sigma_px),
+                     report_text_format("one sigma is %.3f %%", 100 * sigma_px / one.fx_px));
 }
 
 std::string depth_card(const calib::solution &result, const calibration_figures &figures) {
@@ -44,9 +28,9 @@ std::string depth_card(const calib::solution &result, const calibration_figures 
         !result.errors->depth_sigma(middle_px, depth_mm, &sigma_mm)) {
         return "";
     }
-    return card("Depth in the middle", "± " + report_text_length(sigma_mm, "mm"),
-                "at " + report_text_length(depth_mm, "mm") +
-                    ", the boards' median distance: the calibration's own share, one sigma");
+    return page_card("Depth in the middle", "± " + report_text_length(sigma_mm, "mm"),
+                     "at " + report_text_length(depth_mm, "mm") +
+                         ", the boards' median distance: the calibration's own share, one sigma");
 }
 
 }  // namespace
@@ -73,10 +57,14 @@ std::string calibration_report_verdict_box(const std::string &kind, const std::s
         report_text_format("<div class=\"verdict %s\" id=\"verdict\"><p><b>%s</b>%s</p></div>\n",
                            kind.c_str(), report_text_escape(sentence.substr(0, word)).c_str(),
                            report_text_escape(sentence.substr(word)).c_str());
-    const std::vector<std::string> others(reasons.begin() + (reasons.empty() ? 0 : 1),
-                                          reasons.end());
-    const std::string items = notes(others, "warning") + notes(remarks, "remark");
-    return items.empty() ? html : html + "<ul class=\"notes\">\n" + items + "</ul>\n";
+    std::string notes;
+    for (std::size_t i = 1; i < reasons.size(); i++) {
+        notes += page_note("warning", "", reasons[i]);
+    }
+    for (const std::string &remark : remarks) {
+        notes += page_note("remark", "", remark);
+    }
+    return html + page_notes(notes);
 }
 
 std::string calibration_report_verdict(const calib::solution &result) {
@@ -95,33 +83,34 @@ std::string calibration_report_cards(const calibration_page &page,
         corners += camera.used;
     }
     std::string cards =
-        card("Board positions",
-             report_text_format("%d <small>of %zu</small>", result.captures_used,
-                                page.seen->captures.size()),
-             report_text_count(corners) + " corners used, " +
-                 report_text_count(result.rejected_corners.size()) + " rejected by name") +
-        card("Reprojection", report_text_format("%.3f <small>px rms</small>", result.rms_px),
-             "per point, over all used corners") +
-        card("Held out",
-             result.held_out_rms_px > 0
-                 ? report_text_format("%.3f <small>px rms</small>", result.held_out_rms_px)
-                 : "not tested",
-             result.held_out_rms_px > 0
-                 ? "over boards that were not used for the lenses and the rig"
-                 : "too few boards for cross-validation");
+        page_card("Board positions",
+                  report_text_format("%d <small>of %zu</small>", result.captures_used,
+                                     page.seen->captures.size()),
+                  report_text_count(corners) + " corners used, " +
+                      report_text_count(result.rejected_corners.size()) + " rejected by name") +
+        page_card("Reprojection", report_text_format("%.3f <small>px rms</small>", result.rms_px),
+                  "per point, over all used corners") +
+        page_card("Held out",
+                  result.held_out_rms_px > 0
+                      ? report_text_format("%.3f <small>px rms</small>", result.held_out_rms_px)
+                      : "not tested",
+                  result.held_out_rms_px > 0
+                      ? "over boards that were not used for the lenses and the rig"
+                      : "too few boards for cross-validation");
     for (int camera = 0; camera < page.seen->cameras; camera++) {
         cards += focal_card(page, camera);
     }
     if (page.seen->cameras == 1) {
         return cards;
     }
-    cards +=
-        card("Baseline",
-             report_text_format("%.3f <small>± %.3f mm</small>",
-                                calibration_baseline_mm(&result.rig), result.sigma.baseline_mm),
-             "distance of the two cameras' centres");
+    cards += page_card(
+        "Baseline",
+        report_text_format("%.3f <small>± %.3f mm</small>", calibration_baseline_mm(&result.rig),
+                           result.sigma.baseline_mm),
+        "distance of the two cameras' centres");
     if (!figures.vertical_px.empty()) {
-        cards += card("Rows agree within",
+        cards +=
+            page_card("Rows agree within",
                       report_text_format("%.3f <small>px rms</small>", figures.vertical_rms_px),
                       "of all corners seen by both cameras, after rectification");
     }

@@ -12,6 +12,10 @@
 #include "tools/host/calibration_report/calibration_report_figures.hpp"
 #include "tools/host/convert/export.hpp"
 
+/// The document of calibration.html; `title` is plain text.
+std::string calibration_report_document(const std::string &title, const std::string &meta,
+                                        const std::string &body);
+
 std::string calibration_report_verdict(const calib::solution &result);
 /// The sentence of a verdict, "Good: ..." or "Not good: ...", and its reasons: the first is part of
 /// the sentence. `kind`: is-good, is-fair, is-bad.
@@ -112,8 +116,5 @@ class calibration_report_plot {
     std::string body_, legend_;
     double legend_x_;
 };
-
-/// A figure with a caption (HTML).
-std::string calibration_report_figure(const std::string &content, const std::string &caption);
 
 #endif

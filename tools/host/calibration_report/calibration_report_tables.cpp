@@ -6,13 +6,13 @@
 #include "core/math.h"
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 
 namespace {
 
 /// Three columns: name, value, one sigma.
 std::string row(const std::string &name, const std::string &value, const std::string &sigma) {
-    return "<tr><th scope=\"row\">" + name + "</th><td>" + value + "</td><td>" + sigma +
-           "</td></tr>\n";
+    return page_row(name, {value, sigma});
 }
 
 std::string valued(const std::string &name, double value, double sigma, int decimals,
@@ -23,11 +23,6 @@ std::string valued(const std::string &name, double value, double sigma, int deci
 
 std::string coefficient(const char *name, double value, bool estimated) {
     return row(name, report_text_format("%.6g", value), estimated ? "" : "fixed");
-}
-
-std::string table(const std::string &title, const std::string &rows, const std::string &after) {
-    return "<div class=\"panel\"><h3>" + title + "</h3><table><tbody>\n" + rows +
-           "</tbody></table>" + after + "</div>\n";
 }
 
 std::string lens_table(const calibration_page &page, int camera) {
@@ -70,8 +65,8 @@ std::string lens_table(const calibration_page &page, int camera) {
                            result.errors->lens_sigma(camera, move.place), 3, " px");
         }
     }
-    return table(
-        "Lens, " + std::string(calibration_report_side(page, camera)), rows,
+    return page_table(
+        "Lens, " + std::string(calibration_report_side(page, camera)), {}, rows,
         "<p class=\"hint\">Displacement by a coefficient: of a point at half of the image's "
         "diagonal from the middle.</p>");
 }
@@ -94,7 +89,7 @@ std::string rig_table(const calib::solution &result) {
     rows +=
         row("optical axes meet",
             verged_mm > 0 ? "at " + report_text_length(verged_mm, "mm") : "nowhere in front", "");
-    return table("Rig", rows, "");
+    return page_table("Rig", {}, rows);
 }
 
 std::string board_table(const calibration_page &page) {
@@ -125,7 +120,7 @@ std::string board_table(const calibration_page &page) {
             report_text_format("%+.3f mm", 2 * page.result->warp_mm[calib::board_model::STRETCH]),
             "over the width of its corners");
     }
-    return table("Board", rows, "");
+    return page_table("Board", {}, rows);
 }
 
 std::string test_table(const calib::solution &result) {
@@ -148,13 +143,13 @@ std::string test_table(const calib::solution &result) {
                              report_text_format("focal lengths %.4f sigma apart",
                                                 again.focal_difference_sigma))
                        : row("second start", "not done", "");
-    return table("Tests of the solution", rows, "");
+    return page_table("Tests of the solution", {}, rows);
 }
 
 std::string scores_table(const calib::solution &result) {
     if (result.scores.empty()) {
-        return table("Choice of the model", row(calib::lens_model_name(result.model), "given", ""),
-                     "");
+        return page_table("Choice of the model", {},
+                          row(calib::lens_model_name(result.model), "given", ""));
     }
     std::string rows;
     for (const calib::model_score &score : result.scores) {
@@ -168,14 +163,11 @@ std::string scores_table(const calib::solution &result) {
                                                             score.worse_than_best_sigma)
                                              .c_str());
     }
-    return "<div class=\"panel\"><h3>Choice of the model</h3><table><thead><tr><th>what is "
-           "estimated</th><th>rms, held out</th><th>worse than the "
-           "best</th></tr></thead><tbody>\n" +
-           rows +
-           "</tbody></table><p class=\"hint\">Five times, a fifth of the boards is held out and "
-           "predicted from the others. The simplest that is within one standard error of the best "
-           "is chosen. Differences: mean squared residual in units of sigma, per "
-           "corner.</p></div>\n";
+    return page_table(
+        "Choice of the model", {"what is estimated", "rms, held out", "worse than the best"}, rows,
+        "<p class=\"hint\">Five times, a fifth of the boards is held out and predicted from the "
+        "others. The simplest that is within one standard error of the best is chosen. "
+        "Differences: mean squared residual in units of sigma, per corner.</p>");
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include "calib/solve/uncertainty.hpp"
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 #include "tools/host/report/report_layers.hpp"
-#include "tools/host/report/report_sections.hpp"
 
 namespace {
 
@@ -49,14 +49,14 @@ struct scale {
 };
 
 std::string scale_legend(const scale &range, const colormap_table &table) {
-    std::string html = "<div class=\"legend\"><div class=\"ramp\" style=\"background:" +
-                       report_pictures_gradient(table) + "\"></div><div class=\"ticks\">";
+    page_ticks ticks;
     for (int i = 0; i <= 4; i++) {
-        html += report_text_format("<span style=\"left:%d%%\">%.2g%s</span>", 25 * i,
-                                   range.low_px * std::pow(range.high_px / range.low_px, i / 4.0),
-                                   i == 4 ? " px" : "");
+        ticks.emplace_back(
+            i / 4.0, report_text_format(
+                         "%.2g%s", range.low_px * std::pow(range.high_px / range.low_px, i / 4.0),
+                         i == 4 ? " px" : ""));
     }
-    return html + "</div></div>";
+    return page_scale(page_gradient(table), ticks);
 }
 
 std::string map_figure(const calibration_page &page, int camera, const sigma_map &map,
@@ -72,7 +72,7 @@ std::string map_figure(const calibration_page &page, int camera, const sigma_map
     const double middle_px[2] = {(one.width_px - 1) / 2.0, (one.height_px - 1) / 2.0};
     const double at_board_px = calibration_figures_sigma_px(
         *page.result, camera, middle_px[0], middle_px[1], std::max(distance_mm, 1.0));
-    return calibration_report_figure(
+    return page_figure(
         report_text_format("<div class=\"frame map smooth\"><img alt=\"Map of sigma\" "
                            "style=\"aspect-ratio:%d/%d\" src=\"%s\"></div>",
                            one.width_px, one.height_px,
@@ -133,12 +133,9 @@ std::string depth_rows(const calib::solution &result, const double middle_px[2],
                        ? "± " + report_text_length(sigma_mm, "mm")
                        : std::string("not seen by both");
         };
-        rows += "<tr><th scope=\"row\">" + report_text_length(depth_mm, "mm") + "</th><td>" +
-                cell(middle_px) + "</td><td>" + cell(corner_px) + "</td></tr>\n";
+        rows += page_row(report_text_length(depth_mm, "mm"), {cell(middle_px), cell(corner_px)});
     }
-    return "<div class=\"panel\"><h3>One sigma of depth</h3><table><thead><tr><th>depth</th>"
-           "<th>middle</th><th>corner</th></tr></thead><tbody>\n" +
-           rows + "</tbody></table></div>\n";
+    return page_table("One sigma of depth", {"depth", "middle", "corner"}, rows);
 }
 
 std::string depth_figure(const calib::solution &result, const calibration_figures &figures) {
@@ -164,7 +161,7 @@ std::string depth_figure(const calib::solution &result, const calibration_figure
     plot.legend("mark-a", "image's middle");
     plot.legend("mark-b", "corner");
     plot.legend("mark-soft dashed", "0.1 px of matching");
-    return calibration_report_figure(
+    return page_figure(
                plot.svg("Sigma of depth against depth"),
                "<b>Depth.</b> The calibration's share of the error of a measured depth, from 0.3 "
                "to "

@@ -1,12 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-const root = document.documentElement;
-
-document.getElementById('theme').addEventListener('click', () => {
-  const dark = root.dataset.theme ? root.dataset.theme === 'dark'
-    : matchMedia('(prefers-color-scheme: dark)').matches;
-  root.dataset.theme = dark ? 'light' : 'dark';
-});
-
 // The row under the pointer, in both rectified images.
 for (const pair of document.querySelectorAll('.pair')) {
   const hairs = pair.querySelectorAll('.row-hair');
@@ -26,4 +18,4 @@ for (const pair of document.querySelectorAll('.pair')) {
   });
 }
 
-root.dataset.ready = 'yes';
+document.documentElement.dataset.ready = 'yes';

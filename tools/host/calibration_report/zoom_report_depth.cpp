@@ -9,6 +9,7 @@
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/calibration_report/zoom_report.hpp"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 
 namespace {
 
@@ -19,8 +20,8 @@ std::string length_text(double mm) {
     return report_text_length(mm, "mm");
 }
 
-std::string sigma_cell(double sigma_mm) {
-    return "<td>" + (sigma_mm > 0 ? "± " + length_text(sigma_mm) : "–") + "</td>";
+std::string sigma_text(double sigma_mm) {
+    return sigma_mm > 0 ? "± " + length_text(sigma_mm) : "–";
 }
 
 std::string depth_row(const zoom_page &page, double share, double depth_mm) {
@@ -42,12 +43,11 @@ std::string depth_row(const zoom_page &page, double share, double depth_mm) {
     const double match_mm =
         matched_px * depth_mm * depth_mm / (pair.side[0].lens.fx_px * baseline_mm);
     const double lens = std::sqrt(std::max(0.0, variance.lens + variance.mount + variance.cross));
-    return "<tr><th scope=\"row\">" + length_text(depth_mm) + "</th>" +
-           sigma_cell(expected.read.depth_mm) + sigma_cell(expected.own.depth_mm) +
-           sigma_cell(expected.second.depth_mm) + sigma_cell(expected.board.depth_mm) + "<td>" +
-           length_text(lens) + "</td><td>" + length_text(std::sqrt(variance.motor)) + "</td><td>" +
-           length_text(std::sqrt(variance.pan)) + "</td><td>" + length_text(match_mm) +
-           "</td></tr>\n";
+    return page_row(length_text(depth_mm),
+                    {sigma_text(expected.read.depth_mm), sigma_text(expected.own.depth_mm),
+                     sigma_text(expected.second.depth_mm), sigma_text(expected.board.depth_mm),
+                     length_text(lens), length_text(std::sqrt(variance.motor)),
+                     length_text(std::sqrt(variance.pan)), length_text(match_mm)});
 }
 
 // From above: x to the right, z up the page.
@@ -80,11 +80,10 @@ std::string zoom_report_depth(const zoom_page &page) {
         for (const double depth_mm : depths_mm) {
             rows += depth_row(page, share, depth_mm);
         }
-        html += report_text_format("<div class=\"panel\"><h3>f = %.0f px</h3>", f) +
-                "<table><thead><tr><th>depth</th><th>motors as read</th><th>own matches</th>"
-                "<th>a second zoom</th><th>board in view</th><th>lenses, rig</th>"
-                "<th>motors</th><th>pan</th><th>matching</th></tr></thead><tbody>\n" +
-                rows + "</tbody></table></div>\n";
+        html += page_table(report_text_format("f = %.0f px", f),
+                           {"depth", "motors as read", "own matches", "a second zoom",
+                            "board in view", "lenses, rig", "motors", "pan", "matching"},
+                           rows);
     }
     return html +
            report_text_format(
@@ -122,20 +121,18 @@ std::string zoom_report_rig(const zoom_page &page) {
     }
     std::string rows;
     for (const double depth_mm : depths_mm) {
-        rows += "<tr><th scope=\"row\">" + length_text(depth_mm) + "</th><td>" +
-                length_text(depth_mm * depth_mm / baseline_mm * cost_rad) + "</td></tr>\n";
+        rows += page_row(length_text(depth_mm),
+                         length_text(depth_mm * depth_mm / baseline_mm * cost_rad));
     }
     const std::string svg =
         "<svg class=\"plot\" viewBox=\"0 0 360 330\" role=\"img\" "
         "aria-label=\"The rig from above\">\n" +
         sketch.marks + "</svg>\n";
     return "<div class=\"grid two\">\n" +
-           calibration_report_figure(
+           page_figure(
                svg, report_text_format(
                         "<b>From above.</b> Baseline %.2f mm. Dots: entrance pupils at the "
                         "smallest focal length. Bars: pan axes. Lines: optical axes up to %.1f m.",
                         baseline_mm, reach_mm / 1000)) +
-           "<div class=\"panel\"><h3>What 0.1 degrees of one pan cost</h3><table><thead><tr>"
-           "<th>depth</th><th>error</th></tr></thead><tbody>\n" +
-           rows + "</tbody></table></div>\n</div>\n";
+           page_table("What 0.1 degrees of one pan cost", {"depth", "error"}, rows) + "</div>\n";
 }

@@ -7,6 +7,7 @@
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/calibration_report/zoom_report.hpp"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 
 namespace {
 
@@ -79,7 +80,7 @@ std::string focal_figure(const zoom_page &page) {
         plot.legend(mark[side], side_name[side]);
     }
     plot.legend("mark-ink dashed", "straight line");
-    return calibration_report_figure(
+    return page_figure(
         plot.svg("Focal length against zoom position"),
         "<b>Focal length against zoom position.</b> Focused at infinity. Dots: each zoom "
         "calibrated alone, with three sigmas. Lines: the joint solution. Dashed: straight lines "
@@ -130,7 +131,7 @@ std::string focal_difference_figure(const zoom_page &page, size_t side) {
     plot.legend("mark-soft dashed", "one count");
     plot.legend(soft_mark[side], "two sigmas");
     plot.legend(dashed_mark[side], "straight line");
-    return calibration_report_figure(
+    return page_figure(
         plot.svg(std::string("Difference from the curve, ") + side_name[side]),
         std::string("<b>Difference from the curve, ") + side_name[side] +
             ".</b> Dots: each zoom calibrated alone, with one sigma. What one count of the zoom's "
@@ -176,8 +177,7 @@ std::string value_figure(const std::vector<value_curve> &curves, int value, cons
         plot.line(curve.middle, mark[side]);
         plot.legend(mark[side], side_name[side]);
     }
-    return calibration_report_figure(plot.svg(name),
-                                     std::string("<b>") + name + ".</b> Thin: two sigmas.");
+    return page_figure(plot.svg(name), std::string("<b>") + name + ".</b> Thin: two sigmas.");
 }
 
 std::string pupil_figure(const zoom_page &page, const calibration_report_axis &x) {
@@ -199,8 +199,8 @@ std::string pupil_figure(const zoom_page &page, const calibration_report_axis &x
         plot.line(points[side], mark[side]);
         plot.legend(mark[side], side_name[side]);
     }
-    return calibration_report_figure(plot.svg("Entrance pupil"),
-                                     "<b>Entrance pupil.</b> Its shift along the axis.");
+    return page_figure(plot.svg("Entrance pupil"),
+                       "<b>Entrance pupil.</b> Its shift along the axis.");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "tools/host/debug/debug_pictures.hpp"
 #include "tools/host/formats/report_text.hpp"
 #include "tools/host/formats/write_png.hpp"
+#include "tools/host/page/page.hpp"
 
 namespace {
 
@@ -74,47 +75,11 @@ void debug_offer(reconstruct_program *program) {
 
 namespace {
 
-const char *const style = R"(
-:root { color-scheme: light dark; font: 16px/1.5 system-ui, sans-serif; --soft: #5a6766; --line: #dde2df; }
-@media (prefers-color-scheme: dark) { :root { --soft: #9aa9a8; --line: #2a3435; } }
-body { margin: 0 auto; max-width: 1400px; padding: 24px clamp(14px, 3vw, 40px); }
-h1 { font-size: 1.4rem; margin: 0; overflow-wrap: anywhere; }
-h2 { font-size: 1.1rem; margin: 36px 0 10px; border-top: 1px solid var(--line); padding-top: 14px; }
-.lead, figcaption span, .scale { color: var(--soft); }
-.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 520px), 1fr)); gap: 22px; }
-.pictures.wide { grid-template-columns: 1fr; }
-figure { margin: 0; }
-.frame { position: relative; }
-.frame img { display: block; width: 100%; image-rendering: pixelated; background: #55595e; }
-.row { position: absolute; left: 0; right: 0; border-top: 1px solid #ff3b30; }
-figcaption { font-size: 0.9rem; margin-top: 6px; }
-figcaption span { display: block; }
-.scale { display: flex; gap: 8px; align-items: center; font-size: 0.82rem; margin-top: 4px; flex-wrap: wrap; }
-.ramp { width: 160px; height: 10px; border-radius: 2px; }
-.key { width: 12px; height: 12px; border-radius: 2px; display: inline-block; }
-)";
-
-std::string css_colour(const colormap_rgb &colour) {
-    return report_text_format("#%02x%02x%02x", colour[0], colour[1], colour[2]);
-}
-
 std::string scale_of(const debug_picture &picture) {
-    std::string html = "<div class=\"scale\">";
-    for (const auto &[colour, text] : picture.keys) {
-        html += "<i class=\"key\" style=\"background:" + css_colour(colour) + "\"></i>" +
-                report_text_escape(text);
-    }
-    if (picture.keys.empty()) {
-        std::string ramp = "linear-gradient(90deg";
-        constexpr int steps = 16;
-        for (int i = 0; i <= steps; i++) {
-            const auto index = static_cast<std::size_t>(i * picture.last_index / steps);
-            ramp += "," + css_colour(picture.palette[index]);
-        }
-        html += report_text_escape(picture.low) + "<i class=\"ramp\" style=\"background:" + ramp +
-                ")\"></i>" + report_text_escape(picture.high);
-    }
-    return html + "</div>";
+    return picture.keys.empty() ? page_scale(page_gradient(picture.palette, picture.last_index),
+                                             {{0, report_text_escape(picture.low)},
+                                              {1, report_text_escape(picture.high)}})
+                                : page_keys(picture.keys);
 }
 
 }  // namespace
@@ -128,10 +93,8 @@ debug_page::debug_page(const debug_look &look, const reconstruct_context &contex
     const std::string levels =
         look.levels().empty()
             ? "This preset has no costs and no path costs: it walks along each row."
-            : report_text_format(
-                  "Levels: %zu. The red line is row %d, which is examined "
-                  "below.",
-                  look.levels().size(), look.row());
+            : report_text_format("Levels: %zu. The red line is row %d, which is examined below.",
+                                 look.levels().size(), look.row());
     lead_ = report_text_format(
         "%d &times; %d pixels, disparities %d to %d px, preset %s. %s Each picture is a PNG next "
         "to "
@@ -143,30 +106,33 @@ debug_page::debug_page(const debug_look &look, const reconstruct_context &contex
 
 void debug_page::add(const debug_picture &picture) {
     if (section_ != picture.section) {
-        body_ += section_.empty() ? "" : "</div>\n";
+        body_ += section_.empty() ? "" : "</div></section>\n";
         section_ = picture.section;
-        body_ += "<h2>" + section_ + "</h2>\n<div class=\"pictures" +
-                 (picture.has_row ? "" : " wide") + "\">\n";
+        body_ += "<section><h2>" + section_ + "</h2>\n<div class=\"grid" +
+                 (picture.has_row ? " two" : "") + "\">\n";
     }
     const std::string line =
         picture.has_row && row_percent_ >= 0
             ? report_text_format("<div class=\"row\" style=\"top:%.3f%%\"></div>", row_percent_)
             : "";
-    body_ += "<figure><div class=\"frame\"><a href=\"" + std::string(picture.file_name) +
-             "\"><img src=\"" + picture.file_name + "\" alt=\"" +
-             report_text_escape(picture.title) + "\"></a>" + line + "</div>" + scale_of(picture) +
-             "<figcaption><b>" + report_text_escape(picture.title) + "</b> " +
-             report_text_escape(picture.shows) +
-             "<span>Look for: " + report_text_escape(picture.look_for) +
-             "</span></figcaption></figure>\n";
+    body_ += page_figure(
+        "<div class=\"frame map\"><a href=\"" + std::string(picture.file_name) + "\"><img src=\"" +
+            picture.file_name + "\" alt=\"" + report_text_escape(picture.title) + "\"></a>" + line +
+            "</div>",
+        "<b>" + report_text_escape(picture.title) + "</b> " + report_text_escape(picture.shows) +
+            "<br>Look for: " + report_text_escape(picture.look_for) + scale_of(picture));
 }
 
 int debug_page::write(const char *path, message *message) const {
-    const std::string page =
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-        "content=\"width=device-width\"><title>" +
-        title_ + "</title><style>" + style + "</style></head>\n<body><h1>" + title_ +
-        "</h1><p class=\"lead\">" + lead_ + "</p>\n" + body_ + "</div>\n</body></html>\n";
+    page_parts parts;
+    parts.title = title_;
+    parts.meta = page_meta(lead_);
+    parts.body = body_ + "</div></section>\n";
+    parts.footer = "vergence reconstruct --debug";
+    parts.style =
+        ".frame .row { position: absolute; left: 0; right: 0; border-top: 1px solid #ff3b30; }\n";
+    parts.pictures_beside = true;
+    const std::string page = page_make(parts);
     output_file file;
     output_file_open(&file, path);
     output_file_write(&file, page.data(), page.size());

@@ -57,10 +57,10 @@ colormap_table greys() {
     return table;
 }
 
-colormap_table few(const std::vector<std::pair<colormap_rgb, std::string>> &keys) {
+colormap_table few(const std::vector<page_key> &keys) {
     colormap_table table{};
     for (std::size_t i = 0; i < keys.size(); i++) {
-        table[i] = keys[i].first;
+        table[i] = keys[i].colour;
     }
     return table;
 }
@@ -326,7 +326,7 @@ void show_decisions(scene *scene) {
     consistent.look_for =
         "Disagreement is normal to the left of near objects, where the right camera "
         "sees no background; elsewhere one of the two winners is wrong.";
-    consistent.keys = {{bad, "disagree"}, {good, "agree"}};
+    consistent.keys = {{bad, "disagree", ""}, {good, "agree", ""}};
     consistent.palette = few(consistent.keys);
     fill(&consistent,
          [&](std::size_t i) -> int { return none(i) ? debug_nothing : level.consistent[i]; });
@@ -375,9 +375,9 @@ void show_confidence(scene *scene) {
 }
 
 void show_reasons(scene *scene) {
-    std::vector<std::pair<colormap_rgb, std::string>> keys;
+    std::vector<page_key> keys;
     for (int reason = 0; reason < REASON_COUNT; reason++) {
-        keys.emplace_back(colormap_reasons[reason], reason_text(reason));
+        keys.push_back({colormap_reasons[reason], reason_text(reason), ""});
     }
     if (!scene->look.levels().empty()) {
         debug_picture first =

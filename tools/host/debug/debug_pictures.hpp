@@ -6,12 +6,12 @@
 #include <cstdint>
 #include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "daemon/surface/result/reconstruct_context.h"
 #include "tools/host/debug/debug_look.hpp"
 #include "tools/host/formats/colormap.hpp"
+#include "tools/host/page/page.hpp"
 
 /// Index of a pixel without data; its colour is the same in all pictures.
 constexpr int debug_nothing = 255;
@@ -26,9 +26,9 @@ struct debug_picture {
     // The scale: values at the first and the last index, or one colour per meaning.
     std::string low, high;
     int last_index;
-    std::vector<std::pair<colormap_rgb, std::string>> keys;
-    bool
-        has_row;  // as high as the left image, or as a level of it: the row of the slices is marked
+    std::vector<page_key> keys;
+    // As high as the left image, or as a level of it: the row of the slices is marked.
+    bool has_row;
 };
 
 /// Draws what was recorded of the run, one picture after the other; stops at the first `emit` that

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The measurement behind the pictures: one record per pixel of the page, unpacked from the layers
 // (see report_layers.hpp for their order and encoding).
-const element = (id) => document.getElementById(id);
 const page = JSON.parse(element('page-data').textContent);
 
 const measured = {

@@ -1,15 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-function startTheme() {
-  element('theme').addEventListener('click', () => {
-    const root = document.documentElement;
-    const dark = root.dataset.theme ? root.dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
-    root.dataset.theme = dark ? 'light' : 'dark';
-    redraw();
-  });
-}
-
 async function start() {
-  startTheme();
+  element('theme').addEventListener('click', redraw);
   if (typeof DecompressionStream === 'undefined') {
     viewFailed('This browser is too old for the interactive parts (no DecompressionStream). The pictures and figures below are complete.');
     return;

@@ -7,12 +7,19 @@
 #include "daemon/base/process.h"
 #include "daemon/files/output_file.h"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 #include "tools/host/report/report_figures.hpp"
 #include "tools/host/report/report_layers.hpp"
 #include "tools/host/report/report_raw.hpp"
 #include "tools/host/report/report_sections.hpp"
-#include "tools/host/report/report_sources.hpp"
 #include "tools/host/report/report_still.hpp"
+
+extern "C" {
+// Of this folder, embedded by the build.
+extern const char *const report_page;
+extern const char *const report_style;
+extern const char *const report_script;
+}
 
 namespace {
 
@@ -73,7 +80,7 @@ std::string page_data(const reconstruct_context &context, const report_figures &
         {"depth_median", json_number(figures.depth_median_mm)},
         {"depth_high", json_number(figures.depth_p99_mm)},
         {"ramp", report_text_json(ramp_base64(ramp))},
-        {"ramp_css", report_text_json(report_pictures_gradient(ramp))},
+        {"ramp_css", report_text_json(page_gradient(ramp))},
     };
     std::string reasons;
     for (int i = 0; i < REASON_COUNT; i++) {
@@ -140,12 +147,7 @@ std::string make_page(const reconstruct_context &context) {
     const report_figures figures = report_figures_collect(context);
     const report_grid grid = report_layers_grid(*context.result);
     const std::map<std::string, std::string> parts = {
-        {"title", title_of(context)},
-        {"style", report_sources_style},
-        {"script", report_sources_script},
-        {"meta", meta_of(context)},
-        {"cameras", cameras_of(context)},
-        {"cards", report_sections_cards(context, figures)},
+        {"cards", page_cards(report_sections_cards(context, figures))},
         {"notes", report_sections_notes(context, figures)},
         {"viewer_text", figures.has_surface
                             ? "The interactive view needs JavaScript and WebGL. mesh.glb holds the "
@@ -167,14 +169,26 @@ std::string make_page(const reconstruct_context &context) {
         {"accuracy", report_sections_accuracy(context, figures, grid)},
         {"histogram", report_sections_histogram(figures)},
         {"details", report_sections_details(context, figures)},
-        {"footer",
-         "Lengths in the left camera's frame: X to the right, Y down, Z forward. Pixel "
-         "(0, 0) is the centre of the top left pixel."},
-        {"data", page_data(context, figures, grid)},
-        {"layers", unless_interrupted(
-                       [&] { return report_layers_pack(*context.result, figures.truth, grid); })},
     };
-    return report_text_fill(report_sources_page, parts);
+    page_parts page;
+    page.title = title_of(context);
+    page.meta = page_meta(meta_of(context)) + cameras_of(context);
+    page.body = report_text_fill(report_page, parts);
+    page.footer =
+        "Lengths in the left camera's frame: X to the right, Y down, Z forward. Pixel (0, 0) is "
+        "the "
+        "centre of the top left pixel.";
+    page.after =
+        "<div id=\"readout\" class=\"readout\" hidden><output id=\"readout-text\"></output></div>\n"
+        "<script type=\"application/json\" id=\"page-data\">" +
+        page_data(context, figures, grid) +
+        "</script>\n<script type=\"text/plain\" id=\"page-layers\">" + unless_interrupted([&] {
+            return report_layers_pack(*context.result, figures.truth, grid);
+        }) +
+        "</script>";
+    page.style = report_style;
+    page.script = report_script;
+    return page_make(page);
 }
 
 }  // namespace

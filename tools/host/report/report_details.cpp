@@ -4,115 +4,110 @@
 #include <cmath>
 
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 #include "tools/host/report/report_sections.hpp"
 
 namespace {
 
-std::string row(const char *name, const std::string &value) {
-    return report_text_format("<tr><th scope=\"row\">%s</th><td>%s</td></tr>\n", name,
-                              value.c_str());
-}
-
-std::string table(const char *title, const std::string &rows) {
-    return report_text_format(
-        "<div class=\"panel\"><h3>%s</h3><table><tbody>\n%s</tbody></table></div>\n", title,
-        rows.c_str());
-}
-
 std::string geometry_table(const reconstruct_context &context, const report_figures &figures) {
     const rectify_plan &plan = context.result->plan;
     std::string rows;
-    rows += row("rectified size", report_text_format("%d × %d px", plan.width_px, plan.height_px));
-    rows += row("images", plan.identity ? "already rectified: used pixel for pixel"
-                                        : "rectified from their calibration");
+    rows +=
+        page_row("rectified size", report_text_format("%d × %d px", plan.width_px, plan.height_px));
+    rows += page_row("images", plan.identity ? "already rectified: used pixel for pixel"
+                                             : "rectified from their calibration");
     if (context.shrink > 1) {
-        rows += row("shrunk while reading", report_text_format("by %d", context.shrink));
+        rows += page_row("shrunk while reading", report_text_format("by %d", context.shrink));
     }
-    rows += row("focal length", report_text_format("%.3f px", plan.f_px));
-    rows += row("field of view",
-                report_text_format("%.1f° × %.1f°",
-                                   report_field_deg(plan.cx_left_px, plan.width_px, plan.f_px),
-                                   report_field_deg(plan.cy_px, plan.height_px, plan.fy_px)));
-    rows += row("principal point, left",
-                report_text_format("%.3f, %.3f px", plan.cx_left_px, plan.cy_px));
-    rows += row("principal point, right",
-                report_text_format("%.3f, %.3f px", plan.cx_right_px, plan.cy_px));
-    rows += row("baseline", report_text_format("%.3f %s", plan.baseline_mm, figures.unit));
-    rows += row("searched disparities",
-                report_text_format("%d to %d px", plan.disparity_min,
-                                   plan.disparity_min + plan.disparity_count - 1));
-    rows += row("depths covered", report_text_length(plan.depth_near_mm, figures.unit) + " to " +
-                                      (std::isfinite(plan.depth_far_mm)
-                                           ? report_text_length(plan.depth_far_mm, figures.unit)
-                                           : std::string("infinity")) +
-                                      (plan.depth_range_assumed ? " (assumed)" : ""));
+    rows += page_row("focal length", report_text_format("%.3f px", plan.f_px));
+    rows += page_row("field of view",
+                     report_text_format("%.1f° × %.1f°",
+                                        report_field_deg(plan.cx_left_px, plan.width_px, plan.f_px),
+                                        report_field_deg(plan.cy_px, plan.height_px, plan.fy_px)));
+    rows += page_row("principal point, left",
+                     report_text_format("%.3f, %.3f px", plan.cx_left_px, plan.cy_px));
+    rows += page_row("principal point, right",
+                     report_text_format("%.3f, %.3f px", plan.cx_right_px, plan.cy_px));
+    rows += page_row("baseline", report_text_format("%.3f %s", plan.baseline_mm, figures.unit));
+    rows += page_row("searched disparities",
+                     report_text_format("%d to %d px", plan.disparity_min,
+                                        plan.disparity_min + plan.disparity_count - 1));
+    rows +=
+        page_row("depths covered", report_text_length(plan.depth_near_mm, figures.unit) + " to " +
+                                       (std::isfinite(plan.depth_far_mm)
+                                            ? report_text_length(plan.depth_far_mm, figures.unit)
+                                            : std::string("infinity")) +
+                                       (plan.depth_range_assumed ? " (assumed)" : ""));
     if (figures.has_surface) {
         const double z = figures.depth_median_mm;
-        rows +=
-            row("1 px at the median depth",
-                report_text_length(z * z / (plan.f_px * plan.baseline_mm), figures.unit) +
-                    " in depth, " + report_text_length(z / plan.f_px, figures.unit) + " across");
+        rows += page_row("1 px at the median depth",
+                         report_text_length(z * z / (plan.f_px * plan.baseline_mm), figures.unit) +
+                             " in depth, " + report_text_length(z / plan.f_px, figures.unit) +
+                             " across");
     }
-    return table("Geometry", rows);
+    return page_table("Geometry", {}, rows);
 }
 
 std::string calibration_table(const reconstruct_context &context, const report_figures &figures) {
     const calibration *c = context.calibration;
     std::string rows;
-    rows += row("file", context.calibration_path != nullptr
-                            ? report_text_escape(report_text_file_name(context.calibration_path))
-                            : "none given");
-    rows += row("format", report_text_escape(context.calibration_format));
+    rows +=
+        page_row("file", context.calibration_path != nullptr
+                             ? report_text_escape(report_text_file_name(context.calibration_path))
+                             : "none given");
+    rows += page_row("format", report_text_escape(context.calibration_format));
     if (c != nullptr) {
-        rows += row("id", report_text_escape(c->id));
+        rows += page_row("id", report_text_escape(c->id));
         if (c->date[0] != '\0') {
-            rows += row("date", report_text_escape(c->date));
+            rows += page_row("date", report_text_escape(c->date));
         }
-        rows += row("checksum", report_text_format("%08x", context.result->calibration_crc));
+        rows += page_row("checksum", report_text_format("%08x", context.result->calibration_crc));
         if (c->rms_px > 0) {
-            rows += row("reprojection rms", report_text_format("%.3f px", c->rms_px));
+            rows += page_row("reprojection rms", report_text_format("%.3f px", c->rms_px));
         }
-        rows += row("lens models", report_text_format("%s, %s", lens_kind_name(c->left.kind),
-                                                      lens_kind_name(c->right.kind)));
+        rows += page_row("lens models", report_text_format("%s, %s", lens_kind_name(c->left.kind),
+                                                           lens_kind_name(c->right.kind)));
         const double *r = c->rotation_right_left_rad;
         const double turn_rad = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
-        rows += row("angle between the cameras",
-                    report_text_format("%.3f°", turn_rad * 57.29577951308232));
+        rows += page_row("angle between the cameras",
+                         report_text_format("%.3f°", turn_rad * 57.29577951308232));
         const double *t = c->translation_right_left_mm;
-        rows += row("left camera from the right one",
-                    report_text_format("%.2f, %.2f, %.2f %s", t[0], t[1], t[2], figures.unit));
+        rows += page_row("left camera from the right one",
+                         report_text_format("%.2f, %.2f, %.2f %s", t[0], t[1], t[2], figures.unit));
     }
     if (context.mismatch.text[0] != '\0') {
-        rows += row("accepted mismatch", report_text_escape(context.mismatch.text));
+        rows += page_row("accepted mismatch", report_text_escape(context.mismatch.text));
     }
     if (context.depth_sigma_common_mm >= 0) {
-        rows += row("common sigma of all depths",
-                    report_text_format("%.3g mm predicted, from calibration and axes",
-                                       context.depth_sigma_common_mm));
+        rows += page_row("common sigma of all depths",
+                         report_text_format("%.3g mm predicted, from calibration and axes",
+                                            context.depth_sigma_common_mm));
     }
     if (context.self_calibrated) {
         const adjust_report &refined = context.self_calibration;
-        rows += row("cameras, corrected by the pair",
-                    report_text_format("%s; %d points, rows %.2f px before and %.2f px after",
-                                       adjust_health_text(refined.health), refined.used,
-                                       refined.rows_before_px, refined.rows_px));
-        rows += row("depth left uncertain by it",
-                    report_text_format("%.3g mm at %.0f mm; before %.3g mm", refined.depth.after,
-                                       refined.depth_mm, refined.depth.before));
+        rows += page_row("cameras, corrected by the pair",
+                         report_text_format("%s; %d points, rows %.2f px before and %.2f px after",
+                                            adjust_health_text(refined.health), refined.used,
+                                            refined.rows_before_px, refined.rows_px));
+        rows +=
+            page_row("depth left uncertain by it",
+                     report_text_format("%.3g mm at %.0f mm; before %.3g mm", refined.depth.after,
+                                        refined.depth_mm, refined.depth.before));
     }
     if (context.with_pair_used) {
-        rows += row("second pair, pan stood still", "pair " + std::to_string(context.with_pair));
+        rows +=
+            page_row("second pair, pan stood still", "pair " + std::to_string(context.with_pair));
     }
     const triangulate_vertical &vertical = context.result->vertical;
     if (vertical.samples > 0) {
-        rows += row("vertical disparity, matches measured",
-                    report_text_count(static_cast<std::size_t>(vertical.samples)));
-        rows += row("its offset", report_text_format("%+.3f px", vertical.offset_px));
-        rows += row("its slopes along x, y",
-                    report_text_format("%+.2e, %+.2e", vertical.slope_x, vertical.slope_y));
-        rows += row("scatter about that", report_text_format("%.3f px rms", vertical.rms_px));
+        rows += page_row("vertical disparity, matches measured",
+                         report_text_count(static_cast<std::size_t>(vertical.samples)));
+        rows += page_row("its offset", report_text_format("%+.3f px", vertical.offset_px));
+        rows += page_row("its slopes along x, y",
+                         report_text_format("%+.2e, %+.2e", vertical.slope_x, vertical.slope_y));
+        rows += page_row("scatter about that", report_text_format("%.3f px rms", vertical.rms_px));
     }
-    return table("Calibration", rows);
+    return page_table("Calibration", {}, rows);
 }
 
 /// Unknown for images that do not belong to a session.
@@ -121,19 +116,12 @@ std::string capture_table(const reconstruct_context &context) {
     for (int line = 0; context.capture.session != nullptr && line < CAPTURE_INFO_LINES; line++) {
         char text[CAPTURE_INFO_BYTES];
         capture_info_line(&context.capture, line, text);
-        rows += row(line == 0   ? "pair"
-                    : line == 1 ? "left camera"
-                                : "right camera",
-                    report_text_escape(text));
+        rows += page_row(line == 0   ? "pair"
+                         : line == 1 ? "left camera"
+                                     : "right camera",
+                         report_text_escape(text));
     }
-    return rows.empty() ? rows : table("Capture", rows);
-}
-
-std::string bar_row(const char *name, double share, const std::string &value) {
-    return report_text_format(
-        "<tr><th scope=\"row\">%s</th><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>"
-        "<td>%s</td></tr>\n",
-        name, 100 * share, value.c_str());
+    return rows.empty() ? rows : page_table("Capture", {}, rows);
 }
 
 std::string cost_table(const reconstruct_context &context, const report_figures &figures) {
@@ -142,17 +130,21 @@ std::string cost_table(const reconstruct_context &context, const report_figures 
     const double max_us = static_cast<double>(
         std::max<std::uint64_t>(1, *std::max_element(stage_us, stage_us + RECONSTRUCT_STAGES)));
     for (int i = 0; i < RECONSTRUCT_STAGES; i++) {
-        rows += bar_row(reconstruct_stage_text(static_cast<reconstruct_stage>(i)),
-                        static_cast<double>(stage_us[i]) / max_us,
-                        report_text_format("%.1f ms", 1e-3 * static_cast<double>(stage_us[i])));
+        rows +=
+            page_bar_row(reconstruct_stage_text(static_cast<reconstruct_stage>(i)),
+                         static_cast<double>(stage_us[i]) / max_us,
+                         report_text_format("%.1f ms", 1e-3 * static_cast<double>(stage_us[i])));
     }
-    rows += bar_row("all stages", 0, report_text_format("%.1f ms", figures.total_ms));
-    rows += bar_row("reading files", 0,
-                    report_text_format("%.1f ms", 1e-3 * static_cast<double>(context.read_us)));
-    rows += bar_row("memory, matching", 0, report_text_bytes(context.result->match_peak_bytes));
-    rows += bar_row("memory, all stages", 0, report_text_bytes(context.result->arena_peak_bytes));
-    rows += bar_row("memory, process", 0, report_text_bytes(context.rss_peak_bytes));
-    return table("Time and memory", rows);
+    rows += page_bar_row("all stages", 0, report_text_format("%.1f ms", figures.total_ms));
+    rows +=
+        page_bar_row("reading files", 0,
+                     report_text_format("%.1f ms", 1e-3 * static_cast<double>(context.read_us)));
+    rows +=
+        page_bar_row("memory, matching", 0, report_text_bytes(context.result->match_peak_bytes));
+    rows +=
+        page_bar_row("memory, all stages", 0, report_text_bytes(context.result->arena_peak_bytes));
+    rows += page_bar_row("memory, process", 0, report_text_bytes(context.rss_peak_bytes));
+    return page_table("Time and memory", {}, rows);
 }
 
 }  // namespace

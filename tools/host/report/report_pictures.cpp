@@ -3,13 +3,10 @@
 #include <cmath>
 
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 #include "tools/host/report/report_sections.hpp"
 
 namespace {
-
-std::string css_colour(const colormap_rgb &c) {
-    return report_text_format("#%02x%02x%02x", c[0], c[1], c[2]);
-}
 
 /// The frame to which scripts attach their marks. `content` is drawn above the picture.
 std::string frame(const char *classes, const char *side, const std::string &uri, const char *id,
@@ -18,10 +15,6 @@ std::string frame(const char *classes, const char *side, const std::string &uri,
         "<div class=\"frame %s\" data-side=\"%s\" tabindex=\"0\"><img %s src=\"%s\" alt=\"%s\">%s"
         "</div>",
         classes, side, id, uri.c_str(), report_text_escape(label).c_str(), content.c_str());
-}
-
-std::string figure(const std::string &picture, const std::string &caption) {
-    return "<figure>" + picture + "<figcaption>" + caption + "</figcaption></figure>\n";
 }
 
 /// Evenly spaced rows as SVG lines, the same in both images.
@@ -36,26 +29,8 @@ std::string row_lines() {
     return svg + "</svg>";
 }
 
-struct tick {
-    double share;
-    std::string text;
-};
-
-std::string scale(const colormap_table &table, const std::vector<tick> &ticks) {
-    std::string html = report_text_format(
-        "<div class=\"legend\"><div class=\"ramp\" style=\"background:%s\"></div>"
-        "<div class=\"ticks%s\">",
-        report_pictures_gradient(table).c_str(),
-        ticks.front().text.find("<br>") != std::string::npos ? " double" : "");
-    for (const tick &t : ticks) {
-        html += report_text_format("<span style=\"left:%.1f%%\">%s</span>", 100 * t.share,
-                                   t.text.c_str());
-    }
-    return html + "</div></div>";
-}
-
-std::vector<tick> even_ticks(double low, double high, const char *unit) {
-    std::vector<tick> ticks;
+page_ticks even_ticks(double low, double high, const char *unit) {
+    page_ticks ticks;
     for (int i = 0; i <= 4; i++) {
         char text[48];
         const double value = low + (high - low) * i / 4;
@@ -97,7 +72,7 @@ std::string disparity_figure(const reconstruct_context &context, const report_fi
         report_encode_png(grid.width_px, grid.height_px,
                           report_layers_disparity(result, grid, low_px, high_px), table);
     std::string caption = "<b>Disparity</b>, x left − x right; bright is near.";
-    std::vector<tick> ticks;
+    page_ticks ticks;
     const rectify_plan &plan = result.plan;
     for (int i = 0; i <= 4; i++) {
         const double d = low_px + (high_px - low_px) * i / 4;
@@ -108,8 +83,8 @@ std::string disparity_figure(const reconstruct_context &context, const report_fi
         }
         ticks.push_back({i / 4.0, text});
     }
-    return figure(frame("map", "left", uri, "", "Map of disparities", ""),
-                  caption + scale(table, ticks));
+    return page_figure(frame("map", "left", uri, "", "Map of disparities", ""),
+                       caption + page_scale(page_gradient(table), ticks));
 }
 
 std::string reason_figure(const reconstruct_context &context, const report_figures &figures,
@@ -118,25 +93,26 @@ std::string reason_figure(const reconstruct_context &context, const report_figur
     std::copy(std::begin(colormap_reasons), std::end(colormap_reasons), table.begin());
     const std::string uri = report_encode_png(grid.width_px, grid.height_px,
                                               report_layers_reason(*context.result, grid), table);
-    std::string keys = "<ul class=\"keys\">";
+    std::vector<page_key> keys;
     for (int i = 0; i < REASON_COUNT; i++) {
         const std::uint32_t count = context.result->reason_count[i];
-        keys += report_text_format(
-            "<li><i style=\"background:%s\"></i>%s<em>%.1f %%</em></li>",
-            css_colour(colormap_reasons[i]).c_str(), report_text_escape(reason_text(i)).c_str(),
-            figures.pixels > 0 ? 100.0 * count / static_cast<double>(figures.pixels) : 0.0);
+        keys.push_back(
+            {colormap_reasons[i], reason_text(i),
+             report_text_format("%.1f %%", figures.pixels > 0
+                                               ? 100.0 * count / static_cast<double>(figures.pixels)
+                                               : 0.0)});
     }
-    return figure(frame("map", "left", uri, "", "Map of reasons", ""),
-                  "<b>Why a pixel has no value</b>" + keys + "</ul>");
+    return page_figure(frame("map", "left", uri, "", "Map of reasons", ""),
+                       "<b>Why a pixel has no value</b>" + page_keys(keys));
 }
 
 std::string confidence_figure(const reconstruct_context &context, const report_grid &grid) {
     const colormap_table table = colormap_sequential();
     const std::string uri = report_encode_png(
         grid.width_px, grid.height_px, report_layers_confidence(*context.result, grid), table);
-    return figure(frame("map", "left", uri, "", "Map of confidence", ""),
-                  "<b>Confidence</b>: the winner's margin over its rivals." +
-                      scale(table, even_ticks(0, 100, " %")));
+    return page_figure(frame("map", "left", uri, "", "Map of confidence", ""),
+                       "<b>Confidence</b>: the winner's margin over its rivals." +
+                           page_scale(page_gradient(table), even_ticks(0, 100, " %")));
 }
 
 std::string sigma_figure(const reconstruct_context &context, const report_grid &grid) {
@@ -157,9 +133,9 @@ std::string sigma_figure(const reconstruct_context &context, const report_grid &
     const colormap_table table = colormap_sequential();
     const std::string uri = report_encode_png(grid.width_px, grid.height_px,
                                               report_layers_sigma(result, grid, high_px), table);
-    return figure(
-        frame("map", "left", uri, "", "Map of predicted sigma", ""),
-        "<b>Predicted sigma</b> of the disparity." + scale(table, even_ticks(0, high_px, " px")));
+    return page_figure(frame("map", "left", uri, "", "Map of predicted sigma", ""),
+                       "<b>Predicted sigma</b> of the disparity." +
+                           page_scale(page_gradient(table), even_ticks(0, high_px, " px")));
 }
 
 /// A raw image as 8-bit colour.
@@ -189,32 +165,26 @@ std::string raw_figure(const raw_image &raw, const char *path, const char *side)
     std::vector<std::uint8_t> rgb = raw_to_rgb(raw, step, width, height);
     const image_rgb8 view = {rgb.data(), width, height, 3 * static_cast<std::ptrdiff_t>(width)};
     const std::string name = report_text_escape(report_text_file_name(path));
-    return figure(report_text_format(
-                      "<div class=\"frame\"><img src=\"%s\" alt=\"%s image as recorded\"></div>",
-                      report_encode_jpeg(view, 82).c_str(), side),
-                  report_text_format("<b>%s</b>, as recorded: %s, %d × %d, %d bit", side,
-                                     name.c_str(), raw.width_px, raw.height_px, raw.bits));
+    return page_figure(
+        report_text_format(
+            "<div class=\"frame\"><img src=\"%s\" alt=\"%s image as recorded\"></div>",
+            report_encode_jpeg(view, 82).c_str(), side),
+        report_text_format("<b>%s</b>, as recorded: %s, %d × %d, %d bit", side, name.c_str(),
+                           raw.width_px, raw.height_px, raw.bits));
 }
 
 }  // namespace
-
-std::string report_pictures_gradient(const colormap_table &table) {
-    std::string css = "linear-gradient(90deg";
-    for (std::size_t i = 0; i <= 254; i += 127 / 8) {
-        css += "," + css_colour(table[i]);
-    }
-    return css + "," + css_colour(table[254]) + ")";
-}
 
 std::string report_pictures_pair(const reconstruct_context &context, const report_grid &grid) {
     const reconstruct_result &result = *context.result;
     const std::string left = report_layers_photo(result.left_colour, grid.step);
     const std::string right = report_layers_photo(result.right_colour, grid.step);
-    return figure(
+    return page_figure(
                frame("photo", "left", left, "id=\"photo\"", "Left image, rectified", row_lines()),
                "<b>Left</b> " + report_text_escape(report_text_file_name(context.left_path))) +
-           figure(frame("photo", "right", right, "", "Right image, rectified", row_lines()),
-                  "<b>Right</b> " + report_text_escape(report_text_file_name(context.right_path)));
+           page_figure(
+               frame("photo", "right", right, "", "Right image, rectified", row_lines()),
+               "<b>Right</b> " + report_text_escape(report_text_file_name(context.right_path)));
 }
 
 std::string report_pictures_raw(const reconstruct_context &context) {
@@ -239,8 +209,9 @@ std::string report_pictures_error(const reconstruct_context &context, const repo
     const std::string uri = report_encode_png(
         grid.width_px, grid.height_px,
         report_layers_error(*context.result, figures.truth, grid, limit_px), table);
-    const std::vector<tick> ticks = {
+    const page_ticks ticks = {
         {0, "−4 px, too far"}, {0.25, "−2"}, {0.5, "0"}, {0.75, "+2"}, {1, "+4 px, too near"}};
-    return figure(frame("map", "left", uri, "", "Map of errors", ""),
-                  "<b>Error</b>: disparity − ground truth." + scale(table, ticks));
+    return page_figure(
+        frame("map", "left", uri, "", "Map of errors", ""),
+        "<b>Error</b>: disparity − ground truth." + page_scale(page_gradient(table), ticks));
 }

@@ -6,21 +6,9 @@
 
 #include "daemon/surface/result/result_figures.h"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/page/page.hpp"
 
 namespace {
-
-std::string card(const char *name, const std::string &value, const std::string &note,
-                 const char *grade = "") {
-    return report_text_format(
-        "<div class=\"card\"><p class=\"name\">%s</p><p class=\"value %s\">%s</p>"
-        "<p class=\"note\">%s</p></div>\n",
-        name, grade, value.c_str(), note.c_str());
-}
-
-std::string note(const char *kind, const char *title, const std::string &text) {
-    return report_text_format("<li class=\"%s\"><b>%s</b>%s</li>\n", kind, title,
-                              report_text_escape(text).c_str());
-}
 
 std::string rows_card(const reconstruct_context &context, const report_figures &figures) {
     const triangulate_vertical &vertical = context.result->vertical;
@@ -32,7 +20,7 @@ std::string rows_card(const reconstruct_context &context, const report_figures &
                                   vertical.p95_px) +
                text;
     }
-    return card("Agreement of rows", value, text, figures.vertical.grade);
+    return page_card("Agreement of rows", value, text, figures.vertical.grade);
 }
 
 /// A column of the error table.
@@ -42,30 +30,32 @@ struct scored {
 };
 
 std::string score_table(const std::vector<scored> &sets) {
-    std::string html = "<table><thead><tr><th>pixels</th>";
+    std::vector<std::string> heads = {"pixels"};
     for (const scored &set : sets) {
-        html += report_text_format("<th>%s</th>", set.name);
+        heads.push_back(set.name);
     }
-    html += "</tr></thead><tbody>\n<tr><th scope=\"row\">count</th>";
-    for (const scored &set : sets) {
-        html += "<td>" + report_text_count(set.score->pixels) + "</td>";
-    }
-    for (int i = 0; i < EVALUATE_THRESHOLDS; i++) {
-        html += report_text_format("</tr>\n<tr><th scope=\"row\">bad-%g</th>",
-                                   evaluate_thresholds_px[i]);
+    const auto row = [&](const std::string &name, auto text) {
+        std::vector<std::string> values;
         for (const scored &set : sets) {
-            html += report_text_format("<td>%.2f %%</td>", set.score->bad_percent[i]);
+            values.push_back(text(*set.score));
         }
+        return page_row(name, values);
+    };
+    std::string rows =
+        row("count", [](const evaluate_score &score) { return report_text_count(score.pixels); });
+    for (int i = 0; i < EVALUATE_THRESHOLDS; i++) {
+        rows += row(report_text_format("bad-%g", evaluate_thresholds_px[i]),
+                    [i](const evaluate_score &score) {
+                        return report_text_format("%.2f %%", score.bad_percent[i]);
+                    });
     }
-    html += "</tr>\n<tr><th scope=\"row\">mean |error|</th>";
-    for (const scored &set : sets) {
-        html += report_text_format("<td>%.3f px</td>", set.score->average_px);
-    }
-    html += "</tr>\n<tr><th scope=\"row\">rms error</th>";
-    for (const scored &set : sets) {
-        html += report_text_format("<td>%.3f px</td>", set.score->rms_px);
-    }
-    return html + "</tr>\n</tbody></table>";
+    rows += row("mean |error|", [](const evaluate_score &score) {
+        return report_text_format("%.3f px", score.average_px);
+    });
+    rows += row("rms error", [](const evaluate_score &score) {
+        return report_text_format("%.3f px", score.rms_px);
+    });
+    return page_table("", heads, rows);
 }
 
 /// The common deviation of all depths, which is not part of each point's own.
@@ -83,34 +73,35 @@ std::string report_sections_cards(const reconstruct_context &context,
                                   const report_figures &figures) {
     const reconstruct_result &result = *context.result;
     std::string cards;
-    cards +=
-        card("Surface",
-             report_text_count(result_figures_measured_count(&result)) + " <small>points</small>",
-             "joined by " + report_text_count(result.triangle_count) + " triangles");
+    cards += page_card(
+        "Surface",
+        report_text_count(result_figures_measured_count(&result)) + " <small>points</small>",
+        "joined by " + report_text_count(result.triangle_count) + " triangles");
     if (context.options->fill) {
-        cards +=
-            card("Filled",
-                 report_text_count(result.reason_count[REASON_FILLED]) + " <small>points</small>",
-                 "not measured, continued from the surface around; in the mesh files and the map "
-                 "of reasons only");
+        cards += page_card(
+            "Filled",
+            report_text_count(result.reason_count[REASON_FILLED]) + " <small>points</small>",
+            "not measured, continued from the surface around; in the mesh files and the map "
+            "of reasons only");
     }
-    cards += card(
+    cards += page_card(
         "Measured", report_text_format("%.1f <small>%%</small>", figures.density_percent),
         report_text_format("of %d × %d pixels; %.1f %% of the area seen by both cameras",
                            result.left.width, result.left.height, figures.density_shared_percent));
     if (figures.has_surface) {
-        cards += card("Depth", report_text_length(figures.depth_median_mm, figures.unit),
-                      "median; " + report_text_length(figures.depth_p1_mm, figures.unit) + " to " +
-                          report_text_length(figures.depth_p99_mm, figures.unit) +
-                          " holds 98 % of the points");
+        cards += page_card("Depth", report_text_length(figures.depth_median_mm, figures.unit),
+                           "median; " + report_text_length(figures.depth_p1_mm, figures.unit) +
+                               " to " + report_text_length(figures.depth_p99_mm, figures.unit) +
+                               " holds 98 % of the points");
     }
     if (figures.sigma_median_mm > 0) {
-        cards += card("Predicted sigma",
-                      "± " + report_text_length(figures.sigma_median_mm, figures.unit),
-                      "median standard deviation along the ray" + common_text(context, figures));
+        cards += page_card(
+            "Predicted sigma", "± " + report_text_length(figures.sigma_median_mm, figures.unit),
+            "median standard deviation along the ray" + common_text(context, figures));
     }
     cards += rows_card(context, figures);
-    cards += card("Time and memory", report_text_format("%.0f <small>ms</small>", figures.total_ms),
+    cards +=
+        page_card("Time and memory", report_text_format("%.0f <small>ms</small>", figures.total_ms),
                   report_text_format("%d thread%s, files not counted; ", context.threads,
                                      context.threads == 1 ? "" : "s") +
                       report_text_bytes(result.arena_peak_bytes) + ", of it " +
@@ -128,19 +119,19 @@ std::string report_sections_notes(const reconstruct_context &context,
         const std::string text = context.warnings[i].text;
         remark_shown = remark_shown || text.find(remark) != std::string::npos;
         truth_shown = truth_shown || text.find(context.ground_truth_path) != std::string::npos;
-        items += note("warning", "Note", text);
+        items += page_note("warning", "Note", text);
     }
     if (!remark_shown) {
-        items += note("", "Calibration", remark);
+        items += page_note("", "Calibration", remark);
     }
     if (!figures.has_surface) {
-        items += note("warning", "No surface",
-                      "No pixel could be measured. The map of reasons below shows why.");
+        items += page_note("warning", "No surface",
+                           "No pixel could be measured. The map of reasons below shows why.");
     }
     if (!truth_shown) {
-        items += note("warning", "Ground truth not used", figures.truth.last_error);
+        items += page_note("warning", "Ground truth not used", figures.truth.last_error);
     }
-    return items.empty() ? items : "<ul class=\"notes\">\n" + items + "</ul>";
+    return page_notes(items);
 }
 
 std::string report_sections_histogram(const report_figures &figures) {
@@ -207,16 +198,17 @@ std::string report_sections_accuracy(const reconstruct_context &context,
         sets.push_back({"filled, seen by both", &score.filled_visible});
     }
     sets.push_back({"filled, all", &score.filled_all});
-    return report_text_format(
-        "<section id=\"accuracy\" aria-labelledby=\"accuracy-title\">\n"
-        "<h2 id=\"accuracy-title\">Against the ground truth</h2>\n"
-        "<p class=\"lead\">Truth: %s%s. %.1f %% of the pixels with known truth were measured. "
-        "<b>Bad-t</b> is the share of pixels whose error is above t px. "
-        "<b>Filled</b> gives every rejected pixel the smaller of its nearest measured neighbours' "
-        "disparities in the row, so that rejecting gains nothing.</p>\n"
-        "<div class=\"grid two\">%s<div class=\"panel\">%s</div></div>\n</section>",
-        report_text_escape(report_text_file_name(context.ground_truth_path)).c_str(),
-        masked ? "" : " (no mask of occluded pixels: all known pixels count)",
-        score.density_all_percent, report_pictures_error(context, figures, grid).c_str(),
-        score_table(sets).c_str());
+    return page_section(
+        "accuracy", "Against the ground truth",
+        report_text_format(
+            "<p class=\"lead\">Truth: %s%s. %.1f %% of the pixels with known truth were measured. "
+            "<b>Bad-t</b> is the share of pixels whose error is above t px. "
+            "<b>Filled</b> gives every rejected pixel the smaller of its nearest measured "
+            "neighbours' "
+            "disparities in the row, so that rejecting gains nothing.</p>\n"
+            "<div class=\"grid two\">%s%s</div>\n",
+            report_text_escape(report_text_file_name(context.ground_truth_path)).c_str(),
+            masked ? "" : " (no mask of occluded pixels: all known pixels count)",
+            score.density_all_percent, report_pictures_error(context, figures, grid).c_str(),
+            score_table(sets).c_str()));
 }

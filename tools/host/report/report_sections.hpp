@@ -41,7 +41,4 @@ std::string report_pictures_maps(const reconstruct_context &context, const repor
 std::string report_pictures_error(const reconstruct_context &context, const report_figures &figures,
                                   const report_grid &grid);
 
-/// A CSS gradient of a colour table.
-std::string report_pictures_gradient(const colormap_table &table);
-
 #endif
