@@ -52,8 +52,12 @@ struct arguments {
     bool help_config;
     const char *help_profile;
     bool help_lenses;
+    bool manual;
     bool version;
 };
+
+/// manual.md, embedded by the build.
+extern const char *const vergenced_manual;
 
 static const struct command_argument options[] = {
     {.name = "config",
@@ -92,6 +96,11 @@ static const struct command_argument options[] = {
      .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, help_lenses),
      .help = "Print the lens controllers that a profile's \"lenses\" may name."},
+    {.name = "manual",
+     .kind = COMMAND_FLAG,
+     .offset = offsetof(struct arguments, manual),
+     .help = "Print the manual of the instrument: commands and answers, settings, focus and "
+             "exposure, sessions, images of a board."},
     {.name = "version",
      .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, version),
@@ -380,36 +389,49 @@ static int serve(struct program *self) {
     return code;
 }
 
+static void print_version(FILE *file) {
+    fprintf(file, "vergenced %s (build %s)\n", version_text(), version_build_id());
+}
+
+static void print_manual_text(FILE *file) {
+    const char *title = strchr(vergenced_manual, '#');
+    INVARIANT(title != NULL);  // after the line that states the licence
+    fputs(title, file);
+}
+
 /// Prints a page instead of serving, if requested. Returns the exit code, or OPTIONS_CONTINUE.
 static int print_page(const struct arguments *arguments, const char *const *settings, int count) {
-    const char *option = arguments->help_config            ? "--help-config"
-                         : arguments->help_profile != NULL ? "--help-profile"
-                         : arguments->help_lenses          ? "--help-lenses"
-                         : arguments->version              ? "--version"
-                                                           : NULL;
-    if (option == NULL) {
-        return OPTIONS_CONTINUE;
-    }
-    if (count > 0) {
-        fprintf(stderr, "vergenced: %s does not accept settings: %s\n", option, settings[0]);
-        return CLIENT_USAGE;
-    }
-    if (arguments->help_config) {
-        config_help_print(stdout);
+    const struct {
+        bool asked;
+        const char *option;
+        void (*print)(FILE *file);  ///< NULL: a profile
+    } pages[] = {
+        {arguments->help_config, "--help-config", config_help_print},
+        {arguments->help_profile != NULL, "--help-profile", NULL},
+        {arguments->help_lenses, "--help-lenses", config_lenses_print},
+        {arguments->manual, "--manual", print_manual_text},
+        {arguments->version, "--version", print_version},
+    };
+    for (size_t i = 0; i < sizeof pages / sizeof pages[0]; i++) {
+        struct message message;
+        if (!pages[i].asked) {
+            continue;
+        }
+        if (count > 0) {
+            fprintf(stderr, "vergenced: %s does not accept settings: %s\n", pages[i].option,
+                    settings[0]);
+            return CLIENT_USAGE;
+        }
+        if (pages[i].print == NULL &&
+            config_profile_print(stdout, arguments->help_profile, &message) != 0) {
+            return fail(&message);
+        }
+        if (pages[i].print != NULL) {
+            pages[i].print(stdout);
+        }
         return CLIENT_OK;
     }
-    if (arguments->help_lenses) {
-        config_lenses_print(stdout);
-        return CLIENT_OK;
-    }
-    struct message message;
-    if (arguments->help_profile != NULL) {
-        return config_profile_print(stdout, arguments->help_profile, &message) == 0
-                   ? CLIENT_OK
-                   : fail(&message);
-    }
-    printf("vergenced %s (build %s)\n", version_text(), version_build_id());
-    return CLIENT_OK;
+    return OPTIONS_CONTINUE;
 }
 
 /// Prints manual pages and shell completion data, for the build. Returns the exit code, or

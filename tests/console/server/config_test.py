@@ -256,6 +256,13 @@ class Config(unittest.TestCase):
                      "profile = two-cameras\nfaults = right.take@1=spoil"):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
 
+    def test_the_manual(self):
+        manual = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "manual.md")
+        with open(manual, encoding="utf-8") as file:
+            licence, text = file.read().split("\n", 1)
+        self.assertIn("SPDX", licence)
+        self.assertEqual(run("--manual").stdout, text)
+
     def test_lens_controllers(self):
         lines = run("--help-lenses").stdout.splitlines()
         self.assertEqual(lines[0], "fixed: no motors")
