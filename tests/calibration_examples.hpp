@@ -110,14 +110,10 @@ inline calibration with_origin(calibration value) {
 
 inline bool same_bits(const calibration &a, const calibration &b) {
     // Through the printed text no padding byte counts.
-    int count;
-    const calibration_field *fields = calibration_grammar_fields(&count);
-    for (int i = 0; i < count; i++) {
-        const bool number = fields[i].kind == CALIBRATION_FIELD_INTEGERS ||
-                            fields[i].kind == CALIBRATION_FIELD_DECIMALS;
-        for (int j = 0; number && j < fields[i].count; j++) {
-            if (calibration_grammar_value(&fields[i], j, &a) !=
-                calibration_grammar_value(&fields[i], j, &b)) {
+    for (int i = 0; i < calibration_grammar.count; i++) {
+        const keyed_field &field = calibration_grammar.fields[i];
+        for (int j = 0; keyed_text_has_numbers(&field) && j < field.count; j++) {
+            if (keyed_text_value(&field, j, &a) != keyed_text_value(&field, j, &b)) {
                 return false;
             }
         }

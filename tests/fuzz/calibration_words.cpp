@@ -11,11 +11,10 @@ int main() {
     for (int kind = 0; kind < LENS_KINDS; kind++) {
         std::printf("\"%s\"\n", lens_kind_name(static_cast<lens_kind>(kind)));
     }
-    std::printf("\"%s \"\n\"yes\"\n\"no\"\n\"%s\"\n\"%s\"\n", CALIBRATION_GRAMMAR_CRC,
-                CALIBRATION_GRAMMAR_UNKNOWN, CALIBRATION_GRAMMAR_NO_AXIS);
-    int count;
-    const calibration_field *fields = calibration_grammar_fields(&count);
-    for (int i = 0; i < count; i++) {
+    std::printf("\"%s \"\n\"yes\"\n\"no\"\n\"%s\"\n\"%s\"\n", KEYED_LINE_CRC, KEYED_LINE_UNKNOWN,
+                CALIBRATION_GRAMMAR_NO_AXIS);
+    const keyed_field *fields = calibration_grammar.fields;
+    for (int i = 0; i < calibration_grammar.count; i++) {
         std::printf("\"\\x0a%s \"\n", fields[i].name);
         if (fields[i].decimals > 0) {
             std::printf("\"%lld.%0*d\"\n\"%lld.%0*d\"\n", static_cast<long long>(fields[i].min),

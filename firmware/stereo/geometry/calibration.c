@@ -4,12 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/decimal.h"
+#include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/math.h"
 #include "stereo/geometry/calibration_grammar.h"
-#include "stereo/geometry/calibration_text.h"
 #include "stereo/geometry/geometry.h"
 
 static const double baseline_min_mm = 1e-3;
@@ -23,152 +22,6 @@ static int refuse(struct calibration_fault *fault, int code, const char *field,
         *fault = (struct calibration_fault){.field = field, .reason = reason};
     }
     return code;
-}
-
-// Length of a text that ends within `size` bytes; else `size`.
-static size_t text_length(const char *text, size_t size) {
-    size_t length = 0;
-    while (length < size && text[length] != '\0') {
-        length++;
-    }
-    return length;
-}
-
-static bool is_digit(char c) {
-    return c >= '0' && c <= '9';
-}
-
-bool calibration_id_is_legal(const char *id) {
-    const size_t length = text_length(id, CALIBRATION_ID_BYTES);
-    if (length == 0 || length == CALIBRATION_ID_BYTES) {
-        return false;
-    }
-    for (size_t i = 0; i < length; i++) {
-        const char c = id[i];
-        const bool letter = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
-        if (!letter && !is_digit(c) && c != '.' && c != '_' && c != '-') {
-            return false;
-        }
-    }
-    return true;
-}
-
-// Whether 10 characters have the form YYYY-MM-DD.
-static bool has_date_form(const char *date) {
-    for (int i = 0; i < 10; i++) {
-        if (i == 4 || i == 7 ? date[i] != '-' : !is_digit(date[i])) {
-            return false;
-        }
-    }
-    return true;
-}
-
-bool calibration_date_is_legal(const char *date, size_t size) {
-    const size_t length = text_length(date, size);
-    if (length == 0) {
-        return true;
-    }
-    if (length != 10 || !has_date_form(date)) {
-        return false;
-    }
-    const int year =
-        (date[0] - '0') * 1000 + (date[1] - '0') * 100 + (date[2] - '0') * 10 + (date[3] - '0');
-    const int month = (date[5] - '0') * 10 + (date[6] - '0');
-    const int day = (date[8] - '0') * 10 + (date[9] - '0');
-    static const int days_of_month[] = {31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
-    if (month < 1 || month > 12) {
-        return false;
-    }
-    const bool leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-    return day >= 1 && day <= days_of_month[month - 1] + (leap && month == 2 ? 1 : 0);
-}
-
-// Printable ASCII without blanks at the ends, shorter than `bytes`; may be empty.
-bool calibration_line_is_legal(const char *note, size_t bytes) {
-    const size_t length = text_length(note, bytes);
-    if (length == bytes) {
-        return false;
-    }
-    for (size_t i = 0; i < length; i++) {
-        if (note[i] < ' ' || note[i] > '~') {
-            return false;
-        }
-    }
-    // Editors easily lose blanks at the ends, and then the checksum fails.
-    return length == 0 || (note[0] != ' ' && note[length - 1] != ' ');
-}
-
-static int validate_texts(const struct calibration *calibration, struct calibration_fault *fault) {
-    if (!calibration_id_is_legal(calibration->id)) {
-        return refuse(fault, ERROR_SYNTAX, "id",
-                      "must be 1 to 47 letters, digits, dots, underlines or hyphens");
-    }
-    if (!calibration_date_is_legal(calibration->date, sizeof calibration->date)) {
-        return refuse(fault, ERROR_SYNTAX, "date", "must be a date YYYY-MM-DD, or unknown");
-    }
-    if (!calibration_line_is_legal(calibration->note, CALIBRATION_NOTE_BYTES)) {
-        return refuse(fault, ERROR_SYNTAX, "note",
-                      "must be at most 239 printable ASCII characters without blanks at the ends");
-    }
-    return ERROR_OK;
-}
-
-static bool window_is_legal(const struct calibration_window *window, int max) {
-    return window->column_px >= 0 && window->row_px >= 0 && window->skip >= 0 &&
-           window->column_px <= max && window->row_px <= max && window->skip <= max;
-}
-
-static bool axis_is_legal(const struct calibration_axis *axis,
-                          const struct calibration_field *field) {
-    const double min = (double)field->min, max = (double)field->max;
-    return axis->mean >= min && axis->mean <= max && axis->spread >= 0 && axis->spread <= max;
-}
-
-// Validates what is not a number in the field list: names, windows, axes.
-static int validate_origin(const struct calibration *calibration, struct calibration_fault *fault) {
-    int count;
-    const struct calibration_field *fields = calibration_grammar_fields(&count);
-    struct calibration copy = *calibration;  // the accessor of the grammar also serves writers
-    for (int i = 0; i < count; i++) {
-        const struct calibration_field *field = &fields[i];
-        if (field->kind == CALIBRATION_FIELD_NAME &&
-            !calibration_line_is_legal(calibration_grammar_name(field, &copy),
-                                       CALIBRATION_NAME_BYTES)) {
-            return refuse(fault, ERROR_SYNTAX, field->name,
-                          "must be at most 63 printable ASCII characters without blanks at the "
-                          "ends");
-        }
-        if (field->kind == CALIBRATION_FIELD_WINDOW) {
-            if (!window_is_legal(calibration_grammar_window(field, &copy), (int)field->max)) {
-                return refuse(fault, ERROR_RANGE, field->name, "");
-            }
-        }
-        if (field->kind == CALIBRATION_FIELD_AXIS &&
-            !axis_is_legal(calibration_grammar_axis(field, &copy), field)) {
-            return refuse(fault, ERROR_RANGE, field->name, "");
-        }
-    }
-    return ERROR_OK;
-}
-
-static int validate_ranges(const struct calibration *calibration, struct calibration_fault *fault) {
-    int count;
-    const struct calibration_field *fields = calibration_grammar_fields(&count);
-    for (int i = 0; i < count; i++) {
-        const struct calibration_field *field = &fields[i];
-        if (field->kind != CALIBRATION_FIELD_INTEGERS &&
-            field->kind != CALIBRATION_FIELD_DECIMALS) {
-            continue;
-        }
-        for (int j = 0; j < field->count; j++) {
-            const double value = calibration_grammar_value(field, j, calibration);
-            // Written so that a NaN fails too.
-            if (!(value >= (double)field->min && value <= (double)field->max)) {
-                return refuse(fault, ERROR_RANGE, field->name, "");
-            }
-        }
-    }
-    return validate_origin(calibration, fault);
 }
 
 static int validate_pose(const struct calibration *calibration, struct calibration_fault *fault) {
@@ -221,10 +74,7 @@ static int validate_rectified(const struct calibration *calibration,
 }
 
 int calibration_validate(const struct calibration *calibration, struct calibration_fault *fault) {
-    int code = validate_texts(calibration, fault);
-    if (code == ERROR_OK) {
-        code = validate_ranges(calibration, fault);
-    }
+    int code = keyed_text_check(&calibration_grammar, calibration, fault);
     if (code == ERROR_OK) {
         code = validate_pose(calibration, fault);
     }
@@ -242,33 +92,86 @@ int calibration_validate(const struct calibration *calibration, struct calibrati
     return calibration->rectified ? validate_rectified(calibration, fault) : ERROR_OK;
 }
 
-static double rounded(const struct calibration_field *field, double value) {
-    int64_t scaled;
-    const int fits = decimal_from_double(value, field->decimals, &scaled);
-    INVARIANT(fits == ERROR_OK);
-    return decimal_to_double(scaled, field->decimals);
-}
-
 int calibration_round(struct calibration *calibration) {
-    const int code = validate_ranges(calibration, NULL);
+    const int code = keyed_text_check(&calibration_grammar, calibration, NULL);
     if (code != ERROR_OK) {
         return code;
     }
-    int count;
-    const struct calibration_field *fields = calibration_grammar_fields(&count);
-    for (int i = 0; i < count; i++) {
-        const struct calibration_field *field = &fields[i];
-        for (int j = 0; field->kind == CALIBRATION_FIELD_DECIMALS && j < field->count; j++) {
-            const double value = calibration_grammar_value(field, j, calibration);
-            calibration_grammar_set(field, j, rounded(field, value), calibration);
-        }
-        if (field->kind == CALIBRATION_FIELD_AXIS) {
-            struct calibration_axis *axis = calibration_grammar_axis(field, calibration);
-            axis->mean = rounded(field, axis->mean);
-            axis->spread = rounded(field, axis->spread);
-        }
+    keyed_text_round(&calibration_grammar, calibration);
+    for (int i = 0; i < 2 * CALIBRATION_AXES; i++) {
+        struct calibration_axis *axis =
+            &calibration->origin.side[i / CALIBRATION_AXES].axis[i % CALIBRATION_AXES];
+        axis->mean = keyed_text_rounded(axis->mean, CALIBRATION_AXIS_DECIMALS);
+        axis->spread = keyed_text_rounded(axis->spread, CALIBRATION_AXIS_DECIMALS);
     }
     return ERROR_OK;
+}
+
+// The version of a calibration's text: the first one that has all that it says.
+static int version_of(const struct calibration *calibration) {
+    INVARIANT(calibration->left.kind < LENS_KINDS && calibration->right.kind < LENS_KINDS);
+    if (calibration->left.kind != LENS_BROWN_CONRADY ||
+        calibration->right.kind != LENS_BROWN_CONRADY) {
+        return 4;
+    }
+    return !calibration->has_origin ? 1 : calibration->axes_in_sigma ? 3 : 2;
+}
+
+static int parse_all(struct keyed_reader *reader, struct calibration *result) {
+    const int version = keyed_text_parse(&calibration_grammar, reader, result);
+    int code = version < 0 ? version : keyed_text_parse_end(&calibration_grammar, reader);
+    if (code != ERROR_OK) {
+        return code;
+    }
+    result->has_origin = version >= 2;
+    if (version_of(result) != version) {
+        reader->line = 1;
+        return keyed_refuse(reader, ERROR_VERSION, "",
+                            "an earlier version of the text has all of this");
+    }
+    code = calibration_validate(result, &reader->fault);
+    if (code != ERROR_OK) {
+        reader->fault.line = keyed_text_line(&calibration_grammar, reader->fault.field);
+    }
+    return code;
+}
+
+int calibration_parse(const char *text, size_t length, struct calibration *result,
+                      struct calibration_fault *fault) {
+    struct keyed_reader reader = {
+        .text = text, .length = length, .fault = {.field = "", .reason = ""}};
+    struct calibration parsed;
+    memset(&parsed, 0, sizeof parsed);
+    const int code = parse_all(&reader, &parsed);
+    if (code == ERROR_OK) {
+        *result = parsed;
+    } else if (fault != NULL) {
+        *fault = reader.fault;
+    }
+    return code;
+}
+
+int calibration_print(const struct calibration *calibration, char *text, size_t size_bytes) {
+    struct calibration rounded = *calibration;
+    int code = calibration_round(&rounded);
+    if (code == ERROR_OK) {
+        code = calibration_validate(&rounded, NULL);
+    }
+    if (code != ERROR_OK) {
+        return code;
+    }
+    struct keyed_writer writer = {text, size_bytes, 0};
+    keyed_text_print(&calibration_grammar, version_of(&rounded), &rounded, &writer);
+    INVARIANT(writer.length < CALIBRATION_TEXT_MAX_BYTES);
+    return keyed_put_crc(&writer);
+}
+
+uint32_t calibration_crc(const struct calibration *calibration) {
+    char text[CALIBRATION_TEXT_MAX_BYTES];
+    const int length = calibration_print(calibration, text, sizeof text);
+    static const size_t crc_line_bytes = sizeof KEYED_LINE_CRC " 01234567\n" - 1;
+    INVARIANT(length > (int)crc_line_bytes);
+    return crc_update(0, text, (size_t)length - crc_line_bytes);
 }
 
 double calibration_depth_sigma_mm(const struct calibration *calibration, double depth_mm) {

@@ -15,6 +15,7 @@ extern "C" {
 
 enum {
     CALIBRATION_ID_BYTES = 48,
+    CALIBRATION_DATE_BYTES = 11,
     CALIBRATION_NOTE_BYTES = 240,
     CALIBRATION_NAME_BYTES = 64,
     CALIBRATION_TEXT_MAX_BYTES = 4096,
@@ -62,7 +63,7 @@ struct calibration_origin {
 
 struct calibration {
     char id[CALIBRATION_ID_BYTES];      // [A-Za-z0-9._-]+, names rig and occasion
-    char date[11];                      // YYYY-MM-DD, or "" if unknown
+    char date[CALIBRATION_DATE_BYTES];  // YYYY-MM-DD, or "" if unknown
     char note[CALIBRATION_NOTE_BYTES];  // printable ASCII: assumptions made; may be ""
     bool rectified;                     // rows already correspond: images are not resampled
     struct lens left, right;

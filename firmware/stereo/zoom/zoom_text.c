@@ -2,184 +2,52 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/decimal.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "stereo/geometry/calibration_grammar.h"
-#include "stereo/geometry/calibration_text.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/zoom/zoom_calibration.h"
 #include "stereo/zoom/zoom_grammar.h"
 
-// Calls `each` for every field in the order of the text, until it returns an error.
-typedef int each_field(const struct zoom_field *field, int side,
-                       struct zoom_calibration *calibration, void *context);
-
-static int visit(struct zoom_calibration *calibration, each_field *each, void *context) {
-    int count, code = ERROR_OK;
-    const struct zoom_field *fields = zoom_grammar_fields(&count);
-    int first_camera = 0, end = 0;
-    while (fields[first_camera].part == ZOOM_FIELD_RIG) {
-        first_camera++;
-    }
-    for (end = first_camera; fields[end].part == ZOOM_FIELD_CAMERA;) {
-        end++;
-    }
-    INVARIANT(first_camera > 0 && end > first_camera && end < count);
-    for (int i = 0; i < first_camera && code == ERROR_OK; i++) {
-        code = each(&fields[i], 0, calibration, context);
-    }
-    for (int side = 0; side < 2; side++) {
-        for (int i = first_camera; i < end && code == ERROR_OK; i++) {
-            code = each(&fields[i], side, calibration, context);
-        }
-    }
-    for (int i = end; i < count && code == ERROR_OK; i++) {
-        code = each(&fields[i], 0, calibration, context);
-    }
-    return code;
+static int open_line(struct keyed_reader *reader, const char *name, struct keyed_span *values,
+                     bool *more) {
+    return keyed_text_open_line(&zoom_grammar, reader, name, values, more);
 }
 
-// The line's values after its name.
-static int open_line(struct calibration_reader *reader, const char *expected,
-                     struct calibration_span *rest, bool *more) {
-    const int code = calibration_next_line(reader, rest);
-    if (code != ERROR_OK) {
-        reader->fault.field = expected;
-        return code;
-    }
-    const struct calibration_span name = calibration_cut_word(rest, more);
-    return calibration_span_is(name, expected)
-               ? ERROR_OK
-               : calibration_refuse(reader, ERROR_MISSING, expected,
-                                    "the field is missing here, or out of order");
-}
-
-static int parse_number(struct calibration_reader *reader, const char *name,
-                        struct calibration_span *rest, bool *more, int decimals, int64_t min,
-                        int64_t max, double *value) {
-    INVARIANT(min < max);
-    if (!*more) {
-        return calibration_refuse(reader, ERROR_SYNTAX, name, "too few values");
-    }
-    return calibration_parse_decimal(reader, name, calibration_cut_word(rest, more), decimals, min,
-                                     max, value);
-}
-
-static int parse_function(struct calibration_reader *reader, const struct zoom_field *field,
-                          const char *name, struct calibration_span rest, bool more,
-                          struct zoom_function *function) {
-    int code = parse_number(reader, name, &rest, &more, field->decimals, 0, field->max,
-                            &function->irregularity);
-    for (function->terms = 0; code == ERROR_OK && more; function->terms++) {
-        if (function->terms == ZOOM_TERMS_MAX) {
-            return calibration_refuse(reader, ERROR_SYNTAX, name, "too many terms");
-        }
-        code = parse_number(reader, name, &rest, &more, field->decimals, field->min, field->max,
-                            &function->term[function->terms]);
-    }
-    return code;
-}
-
-static int parse_numbers(struct calibration_reader *reader, const struct zoom_field *field,
-                         const char *name, struct calibration_span rest, bool more, void *address) {
-    INVARIANT(field->count > 0);
-    for (int i = 0; i < field->count; i++) {
-        double value;
-        const int code = parse_number(reader, name, &rest, &more, field->decimals, field->min,
-                                      field->max, &value);
-        if (code != ERROR_OK) {
-            return code;
-        }
-        if (field->kind == ZOOM_FIELD_INTEGERS) {
-            ((int *)address)[i] = (int)value;
-        } else {
-            ((double *)address)[i] = value;
-        }
-    }
-    return more ? calibration_refuse(reader, ERROR_SYNTAX, name, "too many values") : ERROR_OK;
-}
-
-static size_t text_bytes(enum zoom_field_kind kind) {
-    switch (kind) {
-        case ZOOM_FIELD_ID:
-            return CALIBRATION_ID_BYTES;
-        case ZOOM_FIELD_DATE:
-            return sizeof((struct zoom_calibration *)0)->date;
-        case ZOOM_FIELD_NOTE:
-            return CALIBRATION_NOTE_BYTES;
-        default:
-            return CALIBRATION_NAME_BYTES;
-    }
-}
-
-struct parsing {
-    struct calibration_reader reader;
-    int version;
-};
-
-static int parse_field(const struct zoom_field *field, int side,
-                       struct zoom_calibration *calibration, void *context) {
-    struct parsing *parsing = context;
-    struct calibration_reader *reader = &parsing->reader;
-    const char *name = zoom_grammar_name(field, side, parsing->version);
-    struct calibration_span rest;
-    bool more;
-    const int code = open_line(reader, name, &rest, &more);
-    if (code != ERROR_OK) {
-        return code;
-    }
-    void *address = zoom_grammar_address(field, side, calibration);
-    if (field->kind == ZOOM_FIELD_FUNCTION) {
-        return parse_function(reader, field, name, rest, more, address);
-    }
-    if (field->kind == ZOOM_FIELD_INTEGERS || field->kind == ZOOM_FIELD_DECIMALS) {
-        return parse_numbers(reader, field, name, rest, more, address);
-    }
-    if (more ? rest.length == 0 : field->kind != ZOOM_FIELD_NOTE) {
-        return calibration_refuse(reader, ERROR_SYNTAX, name, "the value is missing");
-    }
-    const bool unknown = field->kind != ZOOM_FIELD_NOTE && field->kind != ZOOM_FIELD_ID &&
-                         calibration_span_is(rest, CALIBRATION_GRAMMAR_UNKNOWN);
-    return calibration_copy_text(reader, name, unknown ? (struct calibration_span){"", 0} : rest,
-                                 address, text_bytes(field->kind));
-}
-
-static int parse_parameters(struct calibration_reader *reader, int *parameters) {
-    struct calibration_span rest;
+static int parse_parameters(struct keyed_reader *reader, int *parameters) {
+    struct keyed_span rest;
     bool more;
     double value;
     int code = open_line(reader, ZOOM_GRAMMAR_PARAMETERS, &rest, &more);
     if (code == ERROR_OK) {
-        code = parse_number(reader, ZOOM_GRAMMAR_PARAMETERS, &rest, &more, 0, 0,
-                            ZOOM_PARAMETERS_MAX, &value);
+        code = keyed_parse_number(reader, ZOOM_GRAMMAR_PARAMETERS, &rest, &more, 0, 0,
+                                  ZOOM_PARAMETERS_MAX, &value);
     }
     if (code == ERROR_OK) {
         *parameters = (int)value;
     }
-    return code == ERROR_OK && more ? calibration_refuse(reader, ERROR_SYNTAX,
-                                                         ZOOM_GRAMMAR_PARAMETERS, "too many values")
-                                    : code;
+    return code == ERROR_OK && more
+               ? keyed_refuse(reader, ERROR_SYNTAX, ZOOM_GRAMMAR_PARAMETERS, "too many values")
+               : code;
 }
 
 // Row i of the covariance: its standard deviation, then its correlations.
-static int parse_sigma(struct calibration_reader *reader, int i, double sigma[ZOOM_PARAMETERS_MAX],
+static int parse_sigma(struct keyed_reader *reader, int i, double sigma[ZOOM_PARAMETERS_MAX],
                        double *row) {
-    struct calibration_span rest;
+    struct keyed_span rest;
     bool more;
     int code = open_line(reader, ZOOM_GRAMMAR_SIGMA, &rest, &more);
     if (code == ERROR_OK) {
-        code = parse_number(reader, ZOOM_GRAMMAR_SIGMA, &rest, &more, ZOOM_SIGMA_DECIMALS, 0,
-                            ZOOM_SIGMA_MAX, &sigma[i]);
+        code = keyed_parse_number(reader, ZOOM_GRAMMAR_SIGMA, &rest, &more, ZOOM_SIGMA_DECIMALS, 0,
+                                  ZOOM_SIGMA_MAX, &sigma[i]);
     }
     for (int j = 0; j < i && code == ERROR_OK; j++) {
         double correlation = 0;
-        code = parse_number(reader, ZOOM_GRAMMAR_SIGMA, &rest, &more, ZOOM_CORRELATION_DECIMALS, -1,
-                            1, &correlation);
+        code = keyed_parse_number(reader, ZOOM_GRAMMAR_SIGMA, &rest, &more,
+                                  ZOOM_CORRELATION_DECIMALS, -1, 1, &correlation);
         row[j] = correlation * sigma[i] * sigma[j];
         if (code == ERROR_OK && correlation != 0 && sigma[i] * sigma[j] == 0) {
-            code = calibration_refuse(reader, ERROR_RANGE, ZOOM_GRAMMAR_SIGMA,
-                                      "a correlation with a parameter that is exact");
+            code = keyed_refuse(reader, ERROR_RANGE, ZOOM_GRAMMAR_SIGMA,
+                                "a correlation with a parameter that is exact");
         }
     }
     if (code != ERROR_OK) {
@@ -187,18 +55,17 @@ static int parse_sigma(struct calibration_reader *reader, int i, double sigma[ZO
     }
     INVARIANT(sigma[i] >= 0 && sigma[i] <= ZOOM_SIGMA_MAX);
     row[i] = sigma[i] * sigma[i];
-    return more ? calibration_refuse(reader, ERROR_SYNTAX, ZOOM_GRAMMAR_SIGMA, "too many values")
+    return more ? keyed_refuse(reader, ERROR_SYNTAX, ZOOM_GRAMMAR_SIGMA, "too many values")
                 : ERROR_OK;
 }
 
-static int parse_covariance(struct calibration_reader *reader,
-                            struct zoom_calibration *calibration) {
+static int parse_covariance(struct keyed_reader *reader, struct zoom_calibration *calibration) {
     double sigma[ZOOM_PARAMETERS_MAX], *parameter[ZOOM_PARAMETERS_MAX];
     int code = parse_parameters(reader, &calibration->parameters);
     if (code == ERROR_OK && calibration->parameters != 0 &&
         calibration->parameters != zoom_parameter_list(calibration->camera, parameter)) {
-        return calibration_refuse(reader, ERROR_RANGE, ZOOM_GRAMMAR_PARAMETERS,
-                                  "must be the number of terms and mounts above, or 0");
+        return keyed_refuse(reader, ERROR_RANGE, ZOOM_GRAMMAR_PARAMETERS,
+                            "must be the number of terms and mounts above, or 0");
     }
     for (int i = 0; i < calibration->parameters && code == ERROR_OK; i++) {
         code = parse_sigma(reader, i, sigma, &calibration->covariance[i * (i + 1) / 2]);
@@ -207,101 +74,34 @@ static int parse_covariance(struct calibration_reader *reader,
 }
 
 bool zoom_calibration_is_text(const char *text, size_t length) {
-    static const size_t magic_length = sizeof ZOOM_GRAMMAR_MAGIC - 1;
-    return length >= magic_length && memcmp(text, ZOOM_GRAMMAR_MAGIC, magic_length) == 0;
-}
-
-// Returns the version, or a negative code.
-static int parse_first_line(struct calibration_reader *reader) {
-    static const size_t magic_length = sizeof ZOOM_GRAMMAR_MAGIC - 1;
-    if (!zoom_calibration_is_text(reader->text, reader->length)) {
-        reader->line = 1;
-        return calibration_refuse(reader, ERROR_SYNTAX, "",
-                                  "the first line must be " ZOOM_GRAMMAR_FIRST_LINE);
-    }
-    struct calibration_span line;
-    const int code = calibration_next_line(reader, &line);
-    if (code != ERROR_OK) {
-        return code;
-    }
-    const int version = line.length == magic_length + 1 ? line.text[magic_length] - '0' : 0;
-    return version >= 1 && version <= ZOOM_GRAMMAR_VERSION
-               ? version
-               : calibration_refuse(reader, ERROR_VERSION, "", "unknown version (expected 1 or 2)");
+    return keyed_text_is(&zoom_grammar, text, length);
 }
 
 int zoom_calibration_parse(const char *text, size_t length, struct zoom_calibration *result,
                            struct calibration_fault *fault) {
-    struct parsing parsing = {
-        .reader = {.text = text, .length = length, .fault = {.field = "", .reason = ""}}};
-    struct calibration_reader *reader = &parsing.reader;
+    struct keyed_reader reader = {
+        .text = text, .length = length, .fault = {.field = "", .reason = ""}};
     memset(result, 0, sizeof *result);
-    parsing.version = parse_first_line(reader);
-    int code = parsing.version < 0 ? parsing.version : visit(result, parse_field, &parsing);
+    const int version = keyed_text_parse(&zoom_grammar, &reader, result);
+    int code = version < 0 ? version : parse_covariance(&reader, result);
     if (code == ERROR_OK) {
-        code = parse_covariance(reader, result);
+        code = keyed_text_parse_end(&zoom_grammar, &reader);
     }
     if (code == ERROR_OK) {
-        struct calibration_span name;
-        code = calibration_parse_crc(reader, &name);
-    }
-    if (code == ERROR_OK) {
-        code = zoom_calibration_validate(result, &reader->fault);
+        code = zoom_calibration_validate(result, &reader.fault);
+        if (code != ERROR_OK) {
+            reader.fault.line = keyed_text_line(&zoom_grammar, reader.fault.field);
+        }
     }
     if (code != ERROR_OK && fault != NULL) {
-        *fault = reader->fault;
+        *fault = reader.fault;
     }
     return code;
 }
 
-static int print_field(const struct zoom_field *field, int side,
-                       struct zoom_calibration *calibration, void *context) {
-    struct calibration_writer *writer = context;
-    INVARIANT(field->count > 0 && field->decimals >= 0);
-    const void *address = zoom_grammar_address(field, side, calibration);
-    calibration_put(writer, field->name[side]);
-    switch (field->kind) {
-        case ZOOM_FIELD_ID:
-            calibration_put_value(writer, address);
-            break;
-        case ZOOM_FIELD_NOTE:
-            if (((const char *)address)[0] != '\0') {
-                calibration_put_value(writer, address);
-            }
-            break;
-        case ZOOM_FIELD_DATE:
-        case ZOOM_FIELD_NAME:
-            calibration_put_known(writer, address);
-            break;
-        case ZOOM_FIELD_INTEGERS:
-            for (int i = 0; i < field->count; i++) {
-                calibration_put_number(writer, 0, ((const int *)address)[i]);
-            }
-            break;
-        case ZOOM_FIELD_DECIMALS:
-            for (int i = 0; i < field->count; i++) {
-                calibration_put_number(writer, field->decimals, ((const double *)address)[i]);
-            }
-            break;
-        case ZOOM_FIELD_FUNCTION: {
-            const struct zoom_function *function = address;
-            calibration_put_number(writer, field->decimals, function->irregularity);
-            for (int i = 0; i < function->terms; i++) {
-                calibration_put_number(writer, field->decimals, function->term[i]);
-            }
-            break;
-        }
-    }
-    calibration_put(writer, "\n");
-    return ERROR_OK;
-}
-
 // The standard deviation as the text states it.
 static double stated_sigma(double variance) {
-    int64_t scaled;
-    const int fits = decimal_from_double(sqrt(variance), ZOOM_SIGMA_DECIMALS, &scaled);
-    INVARIANT(fits == ERROR_OK);
-    return decimal_to_double(scaled, ZOOM_SIGMA_DECIMALS);
+    return keyed_text_rounded(sqrt(variance), ZOOM_SIGMA_DECIMALS);
 }
 
 static double correlation(const double *covariance, int i, int j) {
@@ -311,24 +111,23 @@ static double correlation(const double *covariance, int i, int j) {
     return value > 1 ? 1 : value < -1 ? -1 : value;
 }
 
-static void print_sigmas(struct calibration_writer *writer,
-                         const struct zoom_calibration *calibration) {
+static void print_sigmas(struct keyed_writer *writer, const struct zoom_calibration *calibration) {
     INVARIANT(calibration->parameters >= 0 && calibration->parameters <= ZOOM_PARAMETERS_MAX);
-    calibration_put(writer, ZOOM_GRAMMAR_PARAMETERS);
-    calibration_put_number(writer, 0, calibration->parameters);
-    calibration_put(writer, "\n");
+    keyed_put(writer, ZOOM_GRAMMAR_PARAMETERS);
+    keyed_put_number(writer, 0, calibration->parameters);
+    keyed_put(writer, "\n");
     double sigma[ZOOM_PARAMETERS_MAX];
     for (int i = 0; i < calibration->parameters; i++) {
         const double *row = &calibration->covariance[i * (i + 1) / 2];
         sigma[i] = stated_sigma(row[i]);
-        calibration_put(writer, ZOOM_GRAMMAR_SIGMA);
-        calibration_put_number(writer, ZOOM_SIGMA_DECIMALS, sigma[i]);
+        keyed_put(writer, ZOOM_GRAMMAR_SIGMA);
+        keyed_put_number(writer, ZOOM_SIGMA_DECIMALS, sigma[i]);
         for (int j = 0; j < i; j++) {
-            calibration_put_number(
+            keyed_put_number(
                 writer, ZOOM_CORRELATION_DECIMALS,
                 sigma[i] * sigma[j] > 0 ? correlation(calibration->covariance, i, j) : 0);
         }
-        calibration_put(writer, "\n");
+        keyed_put(writer, "\n");
     }
 }
 
@@ -338,13 +137,11 @@ int zoom_calibration_print(const struct zoom_calibration *calibration, char *tex
     if (code != ERROR_OK) {
         return code;
     }
-    struct calibration_writer writer = {text, size_bytes, 0};
-    calibration_put(&writer, ZOOM_GRAMMAR_FIRST_LINE "\n");
-    // The addresses of the grammar serve readers, too; nothing is changed.
-    visit((struct zoom_calibration *)(uintptr_t)calibration, print_field, &writer);
+    struct keyed_writer writer = {text, size_bytes, 0};
+    keyed_text_print(&zoom_grammar, ZOOM_GRAMMAR_VERSION, calibration, &writer);
     print_sigmas(&writer, calibration);
     INVARIANT(writer.length < ZOOM_TEXT_MAX_BYTES);
-    return calibration_put_crc(&writer);
+    return keyed_put_crc(&writer);
 }
 
 static int set_fault(struct calibration_fault *fault, int code, const char *field,
@@ -353,57 +150,6 @@ static int set_fault(struct calibration_fault *fault, int code, const char *fiel
         *fault = (struct calibration_fault){.field = field, .reason = reason};
     }
     return code;
-}
-
-// Written so that a NaN fails too.
-static bool fits(double value, int64_t min, int64_t max) {
-    return value >= (double)min && value <= (double)max;
-}
-
-static bool numbers_fit(const struct zoom_field *field, const void *address) {
-    bool fit = true;
-    if (field->kind == ZOOM_FIELD_FUNCTION) {
-        const struct zoom_function *function = address;
-        fit = function->terms >= 0 && function->terms <= ZOOM_TERMS_MAX &&
-              fits(function->irregularity, 0, field->max);
-        for (int i = 0; fit && i < function->terms; i++) {
-            fit = fits(function->term[i], field->min, field->max);
-        }
-        return fit;
-    }
-    for (int i = 0; i < field->count; i++) {
-        const double value = field->kind == ZOOM_FIELD_INTEGERS ? ((const int *)address)[i]
-                                                                : ((const double *)address)[i];
-        fit = fit && fits(value, field->min, field->max);
-    }
-    return fit;
-}
-
-static int check_field(const struct zoom_field *field, int side,
-                       struct zoom_calibration *calibration, void *context) {
-    struct calibration_fault *fault = context;
-    const void *address = zoom_grammar_address(field, side, calibration);
-    const char *name = field->name[side];
-    switch (field->kind) {
-        case ZOOM_FIELD_ID:
-            return calibration_id_is_legal(address)
-                       ? ERROR_OK
-                       : set_fault(fault, ERROR_SYNTAX, name,
-                                   "must be 1 to 47 letters, digits, dots, underlines or hyphens");
-        case ZOOM_FIELD_DATE:
-            return calibration_date_is_legal(address, text_bytes(field->kind))
-                       ? ERROR_OK
-                       : set_fault(fault, ERROR_SYNTAX, name,
-                                   "must be a date YYYY-MM-DD, or unknown");
-        case ZOOM_FIELD_NOTE:
-        case ZOOM_FIELD_NAME:
-            return calibration_line_is_legal(address, text_bytes(field->kind))
-                       ? ERROR_OK
-                       : set_fault(fault, ERROR_SYNTAX, name,
-                                   "must be printable ASCII characters without blanks at the ends");
-        default:
-            return numbers_fit(field, address) ? ERROR_OK : set_fault(fault, ERROR_RANGE, name, "");
-    }
 }
 
 static int check_ranges(const struct zoom_camera *camera, int side,
@@ -498,7 +244,7 @@ static int check_covariance(const struct zoom_calibration *calibration,
 
 int zoom_calibration_validate(const struct zoom_calibration *calibration,
                               struct calibration_fault *fault) {
-    int code = visit((struct zoom_calibration *)(uintptr_t)calibration, check_field, fault);
+    int code = keyed_text_check(&zoom_grammar, calibration, fault);
     for (int side = 0; side < 2 && code == ERROR_OK; side++) {
         code = check_ranges(&calibration->camera[side], side, fault);
     }

@@ -30,7 +30,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     std::vector<char> text(ZOOM_TEXT_MAX_BYTES);
     const int length = zoom_calibration_print(parsed.get(), text.data(), text.size());
     FUZZ_CHECK(length > 0);
-    FUZZ_CHECK(input.rfind(ZOOM_GRAMMAR_FIRST_LINE, 0) != 0 ||
+    FUZZ_CHECK(input.rfind(ZOOM_GRAMMAR_MAGIC "2", 0) != 0 ||
                std::string(text.data(), static_cast<size_t>(length)) == input);
     zoom_state state{};
     double point_mm[3];

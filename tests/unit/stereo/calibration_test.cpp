@@ -230,8 +230,7 @@ TEST_CASE("baseline and vergence depth of a toed-in rig") {
 }
 
 TEST_CASE("the grammar's list is the text's order and fits its numbers") {
-    int count;
-    const calibration_field *fields = calibration_grammar_fields(&count);
+    const keyed_field *fields = calibration_grammar.fields;
     calibration whole = with_origin(example());
     whole.axes_in_sigma = true;
     whole.right.kind = LENS_RATIONAL;
@@ -239,7 +238,7 @@ TEST_CASE("the grammar's list is the text's order and fits its numbers") {
     std::string line;
     std::getline(lines, line);
     CHECK(line == CALIBRATION_GRAMMAR_MAGIC "4");
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < calibration_grammar.count; i++) {
         std::getline(lines, line);
         CHECK(line.substr(0, line.find(' ')) == fields[i].name);
         const double scale = std::pow(10.0, fields[i].decimals);

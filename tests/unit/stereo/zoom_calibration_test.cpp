@@ -162,6 +162,12 @@ TEST_CASE("a damaged text is refused with its line") {
     CHECK(std::string(fault.field) == "left_focal");
     CHECK(fault.line == 14);
     changed = text;
+    changed.replace(text.find("left_focal "), 10, "left_pan_rad");
+    CHECK(parse(changed, *parsed, &fault) == ERROR_DUPLICATE);
+    changed = std::regex_replace(text, std::regex("\ndate .*\n"), "\ndate 2026-02-30\n");
+    CHECK(parse(with_crc(changed), *parsed, &fault) == ERROR_SYNTAX);
+    CHECK(fault.line == 3);
+    changed = text;
     changed.replace(text.find("\nparameters ") + 12, 1, "9");
     CHECK(parse(changed, *parsed, &fault) != ERROR_OK);
     CHECK(std::string(fault.field) == "parameters");

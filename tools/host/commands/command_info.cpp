@@ -340,48 +340,17 @@ json to_json(const info_page &page) {
     return object;
 }
 
-/// The fields of our calibration text as the Markdown table of calibration.md.
-int print_grammar() {
+/// The fields of a text of calibration as the Markdown table of calibration.md.
+int print_grammar(const keyed_table &table) {
     std::cout << "| field | values | decimals | range | unit | meaning |\n"
               << "|---|---|---|---|---|---|\n";
-    int count;
-    const calibration_field *fields = calibration_grammar_fields(&count);
-    for (int i = 0; i < count; i++) {
-        const calibration_field &field = fields[i];
-        std::cout << "| `" << field.name << "` | " << field.count << " | ";
-        if (field.min != field.max) {
-            std::cout << field.decimals << " | " << field.min << ".." << field.max;
-        } else {
-            std::cout << " | ";
-        }
-        std::cout << " | " << field.unit << " | " << field.meaning << " |\n";
-    }
-    std::cout.flush();
-    return CLIENT_OK;
-}
-
-std::string zoom_values(const zoom_field &field) {
-    switch (field.kind) {
-        case ZOOM_FIELD_FUNCTION:
-            return "1 to " + std::to_string(ZOOM_TERMS_MAX + 1);
-        default:
-            return std::to_string(field.count);
-    }
-}
-
-/// The same of a calibration of all zooms, as in firmware/stereo/zoom/README.md.
-int print_zoom_grammar() {
-    std::cout << "| field | values | decimals | range | unit | meaning |\n"
-              << "|---|---|---|---|---|---|\n";
-    int count;
-    const zoom_field *fields = zoom_grammar_fields(&count);
-    for (int i = 0; i < count; i++) {
-        const zoom_field &field = fields[i];
-        std::cout << "| `" << field.name[0] << "`";
-        if (field.part == ZOOM_FIELD_CAMERA) {
-            std::cout << ", `" << field.name[1] << "`";
-        }
-        std::cout << " | " << zoom_values(field) << " | ";
+    for (int i = 0; i < table.count; i++) {
+        const keyed_field &field = table.fields[i];
+        const bool series = &table == &zoom_grammar && field.kind == ZOOM_FIELD_FUNCTION;
+        std::cout << "| `" << field.name << "` | "
+                  << (series ? "1 to " + std::to_string(ZOOM_TERMS_MAX + 1)
+                             : std::to_string(field.count))
+                  << " | ";
         if (field.min != field.max) {
             std::cout << field.decimals << " | " << field.min << ".." << field.max;
         } else {
@@ -448,10 +417,10 @@ int command_info(int argc, char **argv) {
         return code;
     }
     if (asked.grammar) {
-        return print_grammar();
+        return print_grammar(calibration_grammar);
     }
     if (asked.zoom_grammar) {
-        return print_zoom_grammar();
+        return print_grammar(zoom_grammar);
     }
     if (count == 0) {
         return refuse("name a calibration, a result file, a result directory or a session");

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "stereo/geometry/calibration_grammar.h"
+#include "stereo/zoom/zoom_grammar.h"
 #include "tools/host/convert/calibration_file.hpp"
 
 std::string calibration_file_explain(int code, const calibration_fault &fault) {
@@ -21,13 +22,12 @@ std::string calibration_file_explain(int code, const calibration_fault &fault) {
         return text + error_text(code) + ", which give " + digits;
     }
     text += *fault.reason != '\0' ? fault.reason : error_text(code);
-    int count;
-    const calibration_field *fields = calibration_grammar_fields(&count);
-    for (int i = 0; i < count; i++) {
-        if (code == ERROR_RANGE && *fault.reason == '\0' && field == fields[i].name) {
-            text += ", which is " + std::to_string(fields[i].min) + ".." +
-                    std::to_string(fields[i].max) + (*fields[i].unit != '\0' ? " " : "") +
-                    fields[i].unit;
+    for (const keyed_table *table : {&calibration_grammar, &zoom_grammar}) {
+        const int line = keyed_text_line(table, fault.field);
+        if (code == ERROR_RANGE && *fault.reason == '\0' && line > 0) {
+            const keyed_field &known = table->fields[line - 2];
+            return text + ", which is " + std::to_string(known.min) + ".." +
+                   std::to_string(known.max) + (*known.unit != '\0' ? " " : "") + known.unit;
         }
     }
     return text;
