@@ -71,12 +71,6 @@ void output_file_u32(struct output_file *file, uint32_t value) {
     output_file_write(file, bytes, sizeof bytes);
 }
 
-void output_file_f32(struct output_file *file, float value) {
-    unsigned char bytes[4];
-    output_file_put_f32(bytes, value);
-    output_file_write(file, bytes, sizeof bytes);
-}
-
 int output_file_close(struct output_file *file, struct message *message) {
     INVARIANT(file->stream != NULL || file->error_number != 0);
     if (file->stream != NULL) {

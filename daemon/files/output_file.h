@@ -31,7 +31,6 @@ void output_file_open(struct output_file *file, const char *path);
 /// interrupt was requested. Without bytes the pointer may be NULL.
 void output_file_write(struct output_file *file, const void *bytes, size_t length);
 void output_file_u32(struct output_file *file, uint32_t value);
-void output_file_f32(struct output_file *file, float value);
 
 /// Flushes and closes (`atomic_dir_commit` syncs the file to disk). Returns 0, or ERROR_BUFFER
 /// (ERROR_FULL: no space) with `message` naming the file and the reason, or ERROR_CANCELLED.

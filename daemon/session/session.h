@@ -15,7 +15,6 @@ extern "C" {
 
 #define SESSION_INDEX_NAME "session.index"
 #define SESSION_CALLS_NAME "calls.log"
-#define SESSION_MAGIC "vergence-session"
 
 enum {
     SESSION_VERSION = 5,  // 2: the instrument, image statistics; 3: units of settings; 4: stamped

@@ -40,10 +40,6 @@ int config_set(struct config *config, const char *key, const char *value, struct
 /// Both in the host's byte order. False: something else.
 bool config_parse_network(const char *text, uint32_t *address, uint32_t *mask);
 
-/// Whether the settings are consistent: the profile, and the devices that it needs. 0, or an error
-/// with a message that names the key.
-int config_check(const struct config *config, struct message *message);
-
 /// Number of keys; name of a key; whether a profile sets it; its value as a file has it, in `text`
 /// (CONFIG_TEXT_BYTES + 16 bytes).
 size_t config_key_count(void);

@@ -373,7 +373,3 @@ int config_check_lines(const struct config *config, const struct config_line *li
     }
     return error;
 }
-
-int config_check(const struct config *config, struct message *message) {
-    return config_check_lines(config, NULL, false, message);
-}

@@ -92,8 +92,9 @@ struct config_line {
 /// Puts FILE:LINE of a line in front of the message, nothing of an argument. Returns `error`.
 int config_line_error(const struct config_line *line, int error, struct message *message);
 
-/// As config_check, or for a profile alone. `lines` holds, for each key, what set it; NULL: not
-/// known. The message begins with the line of the first key that it names and that a line set.
+/// Whether the settings are consistent: the profile, and the devices that it needs, or a profile
+/// alone. `lines` holds, for each key, what set it; NULL: not known. 0, or an error with a message
+/// that begins with the line of the first key that it names and that a line set.
 int config_check_lines(const struct config *config, const struct config_line *lines,
                        bool profile_only, struct message *message);
 

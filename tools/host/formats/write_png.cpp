@@ -22,7 +22,11 @@ struct png_shape {
     const colormap_rgb *palette;  // of palette pictures
     int colours;
     const char *comment = nullptr;  // NULL: none
+    int transparent = -1;           // palette index; -1: none
 };
+
+/// Takes the bytes of the file.
+using byte_sink = std::function<void(const unsigned char *bytes, std::size_t length)>;
 
 /// Fills `row` with row y in the file's format (16 bit values most significant byte first).
 using row_source = std::function<void(int y, unsigned char *row)>;
@@ -38,7 +42,7 @@ void on_write(png_structp png, png_bytep bytes, size_t length) {
     if (interrupt_requested()) {
         png_error(png, "interrupted");
     }
-    output_file_write(static_cast<output_file *>(png_get_io_ptr(png)), bytes, length);
+    (*static_cast<const byte_sink *>(png_get_io_ptr(png)))(bytes, length);
 }
 
 void on_flush(png_structp) {}
@@ -51,18 +55,26 @@ void set_palette(png_structp png, png_infop info, const png_shape &shape) {
         colours[i] = {c[0], c[1], c[2]};
     }
     png_set_PLTE(png, info, colours, shape.colours);
+    if (shape.transparent >= 0) {
+        png_byte alpha[PNG_MAX_PALETTE_LENGTH];
+        std::fill_n(alpha, shape.colours, png_byte{255});
+        alpha[shape.transparent] = 0;
+        png_set_tRNS(png, info, alpha, shape.colours, nullptr);
+    }
 }
 
 /// Returns false when libpng itself fails, which only happens when memory runs out.
-bool encode(const png_shape &shape, const row_source &source, std::vector<unsigned char> *row,
-            output_file *file) {
+bool encode(const png_shape &shape, const row_source &source, const byte_sink &sink) {
+    std::vector<unsigned char> row(
+        static_cast<size_t>(shape.width_px) *
+        static_cast<size_t>((shape.colour_type == PNG_COLOR_TYPE_RGB ? 3 : 1) * shape.bits / 8));
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning);
     png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
     if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) {
         png_destroy_write_struct(&png, &info);
         return false;
     }
-    png_set_write_fn(png, file, on_write, on_flush);
+    png_set_write_fn(png, const_cast<byte_sink *>(&sink), on_write, on_flush);
     png_set_IHDR(png, info, static_cast<png_uint_32>(shape.width_px),
                  static_cast<png_uint_32>(shape.height_px), shape.bits, shape.colour_type,
                  PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
@@ -80,8 +92,8 @@ bool encode(const png_shape &shape, const row_source &source, std::vector<unsign
     png_set_compression_level(png, 3);
     png_write_info(png, info);
     for (int y = 0; y < shape.height_px; y++) {
-        source(y, row->data());
-        png_write_row(png, row->data());
+        source(y, row.data());
+        png_write_row(png, row.data());
     }
     png_write_end(png, info);
     png_destroy_write_struct(&png, &info);
@@ -90,12 +102,12 @@ bool encode(const png_shape &shape, const row_source &source, std::vector<unsign
 
 int write_file(const png_shape &shape, const row_source &source, const char *path,
                message *message) {
-    const int channels = shape.colour_type == PNG_COLOR_TYPE_RGB ? 3 : 1;
-    std::vector<unsigned char> row(static_cast<size_t>(shape.width_px) *
-                                   static_cast<size_t>(channels * shape.bits / 8));
     output_file file;
     output_file_open(&file, path);
-    const bool encoded = file.stream == nullptr || encode(shape, source, &row, &file);
+    const byte_sink sink = [&file](const unsigned char *bytes, std::size_t length) {
+        output_file_write(&file, bytes, length);
+    };
+    const bool encoded = file.stream == nullptr || encode(shape, source, sink);
     const int error = output_file_close(&file, message);
     if (error == ERROR_OK && !encoded) {
         return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
@@ -186,15 +198,34 @@ int write_png_right(const reconstruct_context *context, const char *path, messag
     return write_colour(context, context->result->right_colour, path, message);
 }
 
-int write_png_palette(int width_px, int height_px, const std::vector<uint8_t> &indices,
-                      const colormap_table &palette, const char *path, message *message) {
+namespace {
+
+row_source rows_of(int width_px, int height_px, const std::vector<uint8_t> &indices) {
     const auto width = static_cast<size_t>(width_px);
     INVARIANT(indices.size() == width * static_cast<size_t>(height_px));
-    return write_file(
-        {width_px, height_px, PNG_COLOR_TYPE_PALETTE, 8, palette.data(),
-         static_cast<int>(palette.size())},
-        [&](int y, unsigned char *row) {
-            std::copy_n(&indices[static_cast<size_t>(y) * width], width, row);
-        },
-        path, message);
+    return [width, &indices](int y, unsigned char *row) {
+        std::copy_n(&indices[static_cast<size_t>(y) * width], width, row);
+    };
+}
+
+}  // namespace
+
+int write_png_palette(int width_px, int height_px, const std::vector<uint8_t> &indices,
+                      const colormap_table &palette, const char *path, message *message) {
+    return write_file({width_px, height_px, PNG_COLOR_TYPE_PALETTE, 8, palette.data(),
+                       static_cast<int>(palette.size())},
+                      rows_of(width_px, height_px, indices), path, message);
+}
+
+std::vector<uint8_t> write_png_bytes(int width_px, int height_px,
+                                     const std::vector<uint8_t> &indices,
+                                     const colormap_table &palette, int transparent) {
+    std::vector<uint8_t> png;
+    const byte_sink sink = [&png](const unsigned char *bytes, std::size_t length) {
+        png.insert(png.end(), bytes, bytes + length);
+    };
+    const bool encoded = encode({width_px, height_px, PNG_COLOR_TYPE_PALETTE, 8, palette.data(),
+                                 static_cast<int>(palette.size()), nullptr, transparent},
+                                rows_of(width_px, height_px, indices), sink);
+    return encoded ? png : std::vector<uint8_t>();
 }

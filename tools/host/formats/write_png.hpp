@@ -27,4 +27,9 @@ int write_png_right(const reconstruct_context *context, const char *path, messag
 int write_png_palette(int width_px, int height_px, const std::vector<uint8_t> &indices,
                       const colormap_table &palette, const char *path, message *message);
 
+/// The same as the bytes of a file, with a transparent index; empty when memory is short.
+std::vector<uint8_t> write_png_bytes(int width_px, int height_px,
+                                     const std::vector<uint8_t> &indices,
+                                     const colormap_table &palette, int transparent);
+
 #endif
