@@ -155,12 +155,10 @@ static int camera_take(void *context, uint64_t not_before_us, uint64_t deadline_
                     deadline_us, code);
         return code;
     }
-    record_call(self,
-                TRACE_CAMERA_TAKE TRACE_EQUALS "0 %08" PRIx32 " %dx%d %d %d %" PRIu32 " %" PRIu32
-                                               " %" PRIu64 " %" PRIu64,
-                camera->number, not_before_us, deadline_us, crc32, frame->image.width_px,
-                frame->image.height_px, frame->image.bits, (int)frame->image.layout,
-                frame->sequence, frame->faults, frame->begin_us, frame->end_us);
+    record_call(self, TRACE_CAMERA_TAKE TRACE_EQUALS "0 " TRACE_FRAME, camera->number,
+                not_before_us, deadline_us, crc32, frame->image.width_px, frame->image.height_px,
+                frame->image.bits, (int)frame->image.layout, frame->sequence, frame->faults,
+                frame->begin_us, frame->end_us);
     return 0;
 }
 
@@ -177,11 +175,8 @@ static int camera_control(void *context, enum hal_camera_control control, int32_
 static void camera_counts(void *context, struct hal_camera_counts *counts) {
     const struct record_camera *camera = context;
     camera->inner->operations->counts(camera->inner->self, counts);
-    record_call(camera->record,
-                TRACE_CAMERA_COUNTS TRACE_EQUALS "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32
-                                                 " %" PRIu32,
-                camera->number, counts->frames, counts->faulty, counts->gaps, counts->timeouts,
-                counts->restarts);
+    record_call(camera->record, TRACE_CAMERA_COUNTS TRACE_EQUALS TRACE_COUNTS, camera->number,
+                counts->frames, counts->faulty, counts->gaps, counts->timeouts, counts->restarts);
 }
 
 // ---- all together

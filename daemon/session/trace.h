@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Text form of hal calls in calls.log: "TIME WHAT ARGUMENTS = RESULTS", one line a call. Recorder
 /// and replay print WHAT ARGUMENTS with the same formats, so two calls are equal exactly if their
-/// texts are. session.md describes the lines.
+/// texts are; RESULTS are printed and read by the same formats. session.md describes the lines.
 #ifndef VERGENCE_DAEMON_SESSION_TRACE_H
 #define VERGENCE_DAEMON_SESSION_TRACE_H
 
@@ -16,8 +16,18 @@ extern "C" {
 #endif
 
 #define TRACE_FIRST_LINE "vergence-calls 2"
-#define TRACE_PORTS "ports i2c=%d lines=%d gpio=%d uart=%d cameras=%d controls=%d%d"
 #define TRACE_EQUALS " = "
+
+// What printf writes and sscanf reads: the recorder and the replay have the same formats.
+#define TRACE_PORTS "ports i2c=%d lines=%d gpio=%d uart=%d cameras=%d controls=%1d%1d"
+#define TRACE_PORTS_VALUES 7
+// Results of `take` after the code: CRC-32 of the file, size, bits, layout, sequence, faults,
+// begin, end.
+#define TRACE_FRAME "%08" PRIx32 " %dx%d %d %d %" PRIu32 " %" PRIu32 " %" PRIu64 " %" PRIu64
+#define TRACE_FRAME_VALUES 9
+// Results of `counts`, in the order of struct hal_camera_counts.
+#define TRACE_COUNTS "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32
+#define TRACE_COUNTS_VALUES 5
 
 // Lines that are not calls.
 #define TRACE_CHECK "crc32 "

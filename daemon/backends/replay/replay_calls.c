@@ -344,20 +344,17 @@ static int camera_take(void *context, uint64_t not_before_us, uint64_t deadline_
     }
     struct pair_frame form = {.sequence = 0};
     uint32_t crc32, faults;
-    uint16_t width_px, height_px;
-    unsigned bits, layout;
-    const int fields = sscanf(rest,
-                              "%8" SCNx32 " %" SCNu16 "x%" SCNu16 " %u %u %" SCNu32 " %" SCNu32
-                              " %" SCNu64 " %" SCNu64,
-                              &crc32, &width_px, &height_px, &bits, &layout, &form.sequence,
-                              &faults, &form.begin_us, &form.end_us);
-    if (fields != 9 || bits < 8 || bits > 16 || layout > RAW_BAYER_GRBG || width_px == 0 ||
-        height_px == 0) {
+    int width_px, height_px, bits, layout;
+    const int values = sscanf(rest, TRACE_FRAME, &crc32, &width_px, &height_px, &bits, &layout,
+                              &form.sequence, &faults, &form.begin_us, &form.end_us);
+    if (values != TRACE_FRAME_VALUES || bits < 8 || bits > 16 || layout < 0 ||
+        layout > RAW_BAYER_GRBG || width_px < 1 || width_px > UINT16_MAX || height_px < 1 ||
+        height_px > UINT16_MAX) {
         return wrong_answer(self);
     }
     form.image = (struct raw_image){.width_px = width_px,
                                     .height_px = height_px,
-                                    .bits = (int)bits,
+                                    .bits = bits,
                                     .layout = (enum raw_layout)layout};
     code = replay_frame(camera, &form, crc32, frame);
     self->ended |= code != 0;
@@ -384,8 +381,8 @@ static void camera_counts(void *context, struct hal_camera_counts *counts) {
     const char *answer = answer_to(camera->replay, asked);
     memset(counts, 0, sizeof *counts);
     if (answer != NULL &&
-        sscanf(answer, "%" SCNu32 " %" SCNu32 " %" SCNu32 " %" SCNu32 " %" SCNu32, &counts->frames,
-               &counts->faulty, &counts->gaps, &counts->timeouts, &counts->restarts) != 5) {
+        sscanf(answer, TRACE_COUNTS, &counts->frames, &counts->faulty, &counts->gaps,
+               &counts->timeouts, &counts->restarts) != TRACE_COUNTS_VALUES) {
         wrong_answer(camera->replay);
     }
 }
@@ -404,8 +401,8 @@ static int set_ports(struct replay *self, struct message *message) {
     int i2c, lines, gpio, uart, cameras, controls[RIG_SIDES];
     const bool known = next_line(self) && strcmp(self->text, TRACE_FIRST_LINE) == 0;
     if (!known || !next_line(self) ||
-        sscanf(self->text, "ports i2c=%d lines=%d gpio=%d uart=%d cameras=%d controls=%1d%1d", &i2c,
-               &lines, &gpio, &uart, &cameras, &controls[RIG_LEFT], &controls[RIG_RIGHT]) != 7) {
+        sscanf(self->text, TRACE_PORTS, &i2c, &lines, &gpio, &uart, &cameras, &controls[RIG_LEFT],
+               &controls[RIG_RIGHT]) != TRACE_PORTS_VALUES) {
         return message_set(message, ERROR_SYNTAX, "%s/%s: does not begin with the ports",
                            self->session.path, SESSION_CALLS_NAME);
     }
