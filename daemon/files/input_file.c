@@ -26,3 +26,19 @@ FILE *input_file_open(const char *path, struct message *message) {
     }
     return stream;
 }
+
+int input_file_read(const char *path, void *data, size_t capacity, size_t *length,
+                    struct message *message) {
+    FILE *stream = input_file_open(path, message);
+    if (stream == NULL) {
+        return ERROR_ARGUMENT;
+    }
+    *length = fread(data, 1, capacity, stream);
+    const bool failed = ferror(stream) != 0;
+    fclose(stream);
+    if (failed) {
+        return message_set(message, ERROR_ARGUMENT, "%s: cannot be read", path);
+    }
+    return *length > 0 ? ERROR_OK
+                       : message_set(message, ERROR_SYNTAX, "%s: the file is empty", path);
+}

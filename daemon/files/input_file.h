@@ -17,6 +17,11 @@ extern "C" {
 /// unreadable or not a plain file, with one line in `message` that names it.
 FILE *input_file_open(const char *path, struct message *message);
 
+/// Reads the first `capacity` bytes of such a file, or all that it has. 0, ERROR_ARGUMENT as above,
+/// or ERROR_SYNTAX: it is empty.
+int input_file_read(const char *path, void *data, size_t capacity, size_t *length,
+                    struct message *message);
+
 /// Whether the path names a directory (or a link to one).
 bool input_file_is_directory(const char *path);
 

@@ -382,30 +382,12 @@ static int refuse_format(const char *path, const struct image_format *formats, i
                        names);
 }
 
-static int read_head(const char *path, unsigned char head[IMAGE_FILE_HEAD_BYTES], size_t *length,
-                     struct message *message) {
-    FILE *stream = input_file_open(path, message);
-    if (stream == NULL) {
-        return ERROR_ARGUMENT;
-    }
-    *length = fread(head, 1, IMAGE_FILE_HEAD_BYTES, stream);
-    const bool failed = ferror(stream) != 0;
-    fclose(stream);
-    if (failed) {
-        return message_set(message, ERROR_ARGUMENT, "%s: cannot be read", path);
-    }
-    if (*length == 0) {
-        return message_set(message, ERROR_SYNTAX, "%s: the file is empty", path);
-    }
-    return ERROR_OK;
-}
-
 int image_file_read(const char *path, const struct image_format *formats, int format_count,
                     const struct image_request *request, struct image_file *file,
                     struct message *message) {
     unsigned char head[IMAGE_FILE_HEAD_BYTES];
     size_t head_length = 0;
-    int error = read_head(path, head, &head_length, message);
+    int error = input_file_read(path, head, sizeof head, &head_length, message);
     if (error != ERROR_OK) {
         return error;
     }

@@ -11,22 +11,6 @@
 #include "daemon/session/calibration_at.h"
 #include "daemon/surface/length_check.h"
 
-/// Reads a file of at most CALIBRATION_AT_TEXT_BYTES into `text`, which has one byte more.
-static int read_text(const char *path, char *text, size_t *length, struct message *message) {
-    FILE *stream = input_file_open(path, message);
-    if (stream == NULL) {
-        return ERROR_ARGUMENT;
-    }
-    *length = fread(text, 1, CALIBRATION_AT_TEXT_BYTES + 1, stream);
-    const bool failed = ferror(stream) != 0;
-    fclose(stream);
-    if (failed) {
-        return message_set(message, ERROR_ARGUMENT, "%s: cannot be read", path);
-    }
-    return *length > 0 ? ERROR_OK
-                       : message_set(message, ERROR_SYNTAX, "%s: the file is empty", path);
-}
-
 static int check(const struct calibration_request *request, const struct calibration *parsed,
                  struct message *message) {
     if (request->rectified && !parsed->rectified) {
@@ -49,7 +33,9 @@ int calibration_loader_own(const struct calibration_request *request,
     if (text == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: out of memory", request->path);
     }
-    int error = read_text(request->path, text, &length, message);
+    // One byte more than a calibration may have: calibration_at refuses it.
+    int error =
+        input_file_read(request->path, text, CALIBRATION_AT_TEXT_BYTES + 1, &length, message);
     error =
         error != ERROR_OK ? error : calibration_at(request->path, text, length, &parsed, message);
     free(text);
@@ -70,8 +56,9 @@ int calibration_loader_zoom(const char *path, struct zoom_calibration **zoom,
         return ERROR_OK;
     }
     char *text = malloc(CALIBRATION_AT_TEXT_BYTES + 1);
-    int error = text == NULL ? message_set(message, ERROR_MEMORY, "%s: out of memory", path)
-                             : read_text(path, text, &length, message);
+    int error = text == NULL
+                    ? message_set(message, ERROR_MEMORY, "%s: out of memory", path)
+                    : input_file_read(path, text, CALIBRATION_AT_TEXT_BYTES + 1, &length, message);
     if (error == ERROR_OK && zoom_calibration_is_text(text, length)) {
         error = calibration_at_read_zoom(path, text, length, zoom, message);
     }

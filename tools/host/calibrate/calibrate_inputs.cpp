@@ -8,13 +8,14 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <memory>
 
+#include "core/error.h"
 #include "daemon/files/input_file.h"
 #include "daemon/session/session_pairs.h"
 #include "tools/host/formats/image_formats.hpp"
+#include "tools/host/formats/whole_file.hpp"
 
 namespace {
 
@@ -230,27 +231,11 @@ class expander {
         return true;
     }
 
-    bool read_text(const std::string &path, std::string *text) {
-        struct message last_error;
-        const std::unique_ptr<FILE, int (*)(FILE *)> stream(
-            input_file_open(path.c_str(), &last_error), std::fclose);
-        if (stream == nullptr) {
-            return fail(last_error.text);
-        }
-        char block[4096];
-        for (size_t count; (count = std::fread(block, 1, sizeof block, stream.get())) > 0;) {
-            text->append(block, count);
-            if (text->size() > list_limit_bytes) {
-                return fail(path + ": too large for a list of pictures");
-            }
-        }
-        return std::ferror(stream.get()) == 0 || fail(path + ": cannot be read");
-    }
-
     bool list(const std::string &path) {
-        std::string text;
-        if (!read_text(path, &text)) {
-            return false;
+        std::string text, why;
+        if (whole_file_read(path, list_limit_bytes, "a list of pictures", &text, &why) !=
+            ERROR_OK) {
+            return fail(why);
         }
         const size_t slash = path.rfind('/');
         folder_ = slash == std::string::npos ? "" : path.substr(0, slash + 1);

@@ -4,11 +4,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <memory>
 
 #include "core/crc.h"
 #include "core/error.h"
@@ -33,23 +31,12 @@ bool exists(const std::string &path) {
 }
 
 import_file read_file(const std::string &path) {
-    struct message last_error;
-    const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &last_error),
-                                                        std::fclose);
-    if (stream == nullptr) {
-        fail(ERROR_ARGUMENT, last_error.text);
-    }
     import_file file{path, {}};
-    char block[65536];
-    size_t count;
-    while ((count = std::fread(block, 1, sizeof block, stream.get())) > 0) {
-        file.text.append(block, count);
-        if (file.text.size() > file_limit_bytes) {
-            fail(ERROR_TOO_LARGE, path + ": not a calibration file (larger than 16 MiB)");
-        }
-    }
-    if (std::ferror(stream.get()) != 0) {
-        fail(ERROR_ARGUMENT, path + ": cannot read: " + std::strerror(errno));
+    std::string message;
+    const int error =
+        whole_file_read(path, file_limit_bytes, "a calibration file", &file.text, &message);
+    if (error != ERROR_OK) {
+        fail(error, message);
     }
     if (file.text.empty()) {
         fail(ERROR_SYNTAX, path + ": empty file");

@@ -3,15 +3,14 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <limits>
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/files/input_file.h"
 #include "daemon/images/image_file.h"
 #include "tools/host/formats/image_formats.hpp"
 #include "tools/host/formats/pfm.hpp"
+#include "tools/host/formats/whole_file.hpp"
 
 namespace {
 
@@ -181,15 +180,9 @@ struct grey_png {
 };
 
 bool is_png(const std::string &path) {
-    unsigned char head[8] = {0};
-    struct message last_error;  // reported when the whole file is read
-    std::FILE *file = input_file_open(path.c_str(), &last_error);
-    if (file == nullptr) {
-        return false;
-    }
-    const std::size_t got = std::fread(head, 1, sizeof head, file);
-    std::fclose(file);
-    return got == sizeof head && image_png_probe(head, got);
+    const std::string head = whole_file_head(path, 8);
+    return head.size() == 8 &&
+           image_png_probe(reinterpret_cast<const unsigned char *>(head.data()), head.size());
 }
 
 bool load_png(const std::string &path, double scale, evaluate_truth *truth, std::string *message) {

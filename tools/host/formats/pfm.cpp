@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/formats/pfm.hpp"
 
-#include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <memory>
 
-#include "daemon/files/input_file.h"
+#include "core/error.h"
+#include "tools/host/formats/whole_file.hpp"
 
 namespace {
 
@@ -65,11 +63,6 @@ float float_of_bytes(const unsigned char *bytes, bool little_endian) {
     return value;
 }
 
-struct file_closer {
-    void operator()(std::FILE *file) const { std::fclose(file); }
-};
-using file_handle = std::unique_ptr<std::FILE, file_closer>;
-
 }  // namespace
 
 bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
@@ -117,28 +110,14 @@ bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
 }
 
 bool pfm_read(const std::string &path, pfm_image *image, std::string *message) {
-    struct message last_error;
-    const file_handle file(input_file_open(path.c_str(), &last_error));
-    if (!file) {
-        *message = last_error.text;
-        return false;
-    }
-    std::vector<unsigned char> bytes;
-    unsigned char block[1 << 16];
     // The header is short, so a file longer than the largest legal map is rejected while reading.
     const std::size_t limit = std::size_t{4} * PFM_MAX_SIDE_PX * PFM_MAX_SIDE_PX + 256;
-    for (std::size_t got; (got = std::fread(block, 1, sizeof block, file.get())) > 0;) {
-        bytes.insert(bytes.end(), block, block + got);
-        if (bytes.size() > limit) {
-            *message = path + ": too large for a float map";
-            return false;
-        }
-    }
-    if (std::ferror(file.get()) != 0) {
-        *message = path + ": " + std::strerror(errno);
+    std::string bytes;
+    if (whole_file_read(path, limit, "a float map", &bytes, message) != ERROR_OK) {
         return false;
     }
-    if (!pfm_parse(bytes.data(), bytes.size(), image, message)) {
+    if (!pfm_parse(reinterpret_cast<const unsigned char *>(bytes.data()), bytes.size(), image,
+                   message)) {
         *message = path + ": " + *message;
         return false;
     }

@@ -10,11 +10,16 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 
+#include "core/error.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/file_io.h"
+#include "daemon/files/input_file.h"
 
 namespace {
+
+using owned_file = std::unique_ptr<FILE, int (*)(FILE *)>;
 
 const int links_max = 40;  // as many as the kernel follows
 
@@ -57,6 +62,39 @@ bool replace(const std::string &path, const std::string &content) {
 }
 
 }  // namespace
+
+int whole_file_read(const std::string &path, std::size_t limit, const char *what,
+                    std::string *content, std::string *message) {
+    struct message last_error;
+    const owned_file stream(input_file_open(path.c_str(), &last_error), std::fclose);
+    if (stream == nullptr) {
+        *message = last_error.text;
+        return ERROR_ARGUMENT;
+    }
+    content->clear();
+    char block[1 << 16];
+    for (std::size_t got; (got = std::fread(block, 1, sizeof block, stream.get())) > 0;) {
+        content->append(block, got);
+        if (content->size() > limit) {
+            *message = path + ": too large for " + what + " (at most " +
+                       std::to_string(limit >> 20) + " MiB)";
+            return ERROR_TOO_LARGE;
+        }
+    }
+    if (std::ferror(stream.get()) != 0) {
+        *message = path + ": cannot be read: " + std::strerror(errno);
+        return ERROR_ARGUMENT;
+    }
+    return ERROR_OK;
+}
+
+std::string whole_file_head(const std::string &path, std::size_t bytes) {
+    struct message last_error;  // reported when the whole file is read
+    const owned_file stream(input_file_open(path.c_str(), &last_error), std::fclose);
+    std::string head(bytes, '\0');
+    head.resize(stream == nullptr ? 0 : std::fread(head.data(), 1, bytes, stream.get()));
+    return head;
+}
 
 bool whole_file_write(const std::string &path, const std::string &content, std::string *message) {
     struct stat status;

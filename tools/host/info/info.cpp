@@ -2,11 +2,9 @@
 #include "tools/host/info/info.hpp"
 
 #include <algorithm>
-#include <cstdio>
-#include <memory>
 
-#include "daemon/files/input_file.h"
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/formats/whole_file.hpp"
 
 void info_page::add_number(const std::string &key, const std::string &label, double number,
                            int digits, const std::string &unit) {
@@ -14,12 +12,7 @@ void info_page::add_number(const std::string &key, const std::string &label, dou
 }
 
 std::string info_head(const std::string &path) {
-    struct message last_error;  // reported when the whole file is read
-    const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &last_error),
-                                                        std::fclose);
-    char head[64];
-    return stream == nullptr ? std::string()
-                             : std::string(head, std::fread(head, 1, sizeof head, stream.get()));
+    return whole_file_head(path, 64);
 }
 
 void info_bounds::take(const double point[3]) {
