@@ -26,8 +26,8 @@ int calibration_parse(const char *text, size_t length, struct calibration *resul
 int calibration_print(const struct calibration *calibration, char *text, size_t size_bytes);
 
 /// Rounds every number to the decimals of the grammar, as printing and parsing would. ERROR_RANGE
-/// for values outside their ranges (including NaN), ERROR_SYNTAX for illegal texts; `calibration` is
-/// then unchanged.
+/// for values outside their ranges (including NaN), ERROR_SYNTAX for illegal texts; `calibration`
+/// is then unchanged.
 int calibration_round(struct calibration *calibration);
 
 /// Checks all values: texts, finite, ranges, baseline 1e-3 mm..1e5 mm, rotation of at most pi,

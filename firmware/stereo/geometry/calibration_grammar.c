@@ -165,6 +165,7 @@ static void print_window(struct keyed_writer *writer, const struct calibration_w
         keyed_put_value(writer, KEYED_LINE_UNKNOWN);
         return;
     }
+    INVARIANT(window->skip > 0 && window->column_px >= 0 && window->row_px >= 0);
     keyed_put_number(writer, 0, window->column_px);
     keyed_put_number(writer, 0, window->row_px);
     keyed_put_number(writer, 0, window->skip);

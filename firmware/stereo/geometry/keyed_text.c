@@ -28,6 +28,7 @@ int keyed_text_line(const struct keyed_table *table, const char *name) {
 }
 
 static const char *name_in(const struct keyed_field *field, int version) {
+    INVARIANT(version >= field->version);
     return version == 1 && field->old_name != NULL ? field->old_name : field->name;
 }
 
@@ -101,6 +102,7 @@ int keyed_text_open_line(const struct keyed_table *table, struct keyed_reader *r
 int keyed_text_parse_numbers(struct keyed_reader *reader, const struct keyed_field *field,
                              const char *name, struct keyed_span values, bool more,
                              double *numbers) {
+    INVARIANT(field->count > 0);
     int code = ERROR_OK;
     for (int i = 0; i < field->count && code == ERROR_OK; i++) {
         code = keyed_parse_number(reader, name, &values, &more, field->decimals, field->min,
@@ -123,6 +125,7 @@ static int parse_integers(struct keyed_reader *reader, const struct keyed_field 
 
 static int parse_text(struct keyed_reader *reader, const struct keyed_field *field,
                       const char *name, struct keyed_span value, void *address) {
+    INVARIANT(field->kind <= KEYED_FLAG && value.length <= reader->length);
     if (field->kind == KEYED_FLAG) {
         bool *flag = address;
         *flag = keyed_span_is(value, "yes");
@@ -203,16 +206,14 @@ int keyed_text_parse_end(const struct keyed_table *table, struct keyed_reader *r
 static void print_field(const struct keyed_table *table, const struct keyed_field *field,
                         const void *record, struct keyed_writer *writer) {
     const void *address = (const char *)record + field->offset;
+    INVARIANT(field->count > 0 && field->decimals >= 0);
     keyed_put(writer, field->name);
     switch (field->kind) {
-        case KEYED_NOTE:
-            if (*(const char *)address == '\0') {
-                break;
-            }
-            keyed_put_value(writer, address);
-            break;
         case KEYED_ID:
-            keyed_put_value(writer, address);
+        case KEYED_NOTE:
+            if (*(const char *)address != '\0') {
+                keyed_put_value(writer, address);
+            }
             break;
         case KEYED_DATE:
         case KEYED_NAME:
@@ -236,6 +237,7 @@ static void print_field(const struct keyed_table *table, const struct keyed_fiel
 
 void keyed_text_print(const struct keyed_table *table, int version, const void *record,
                       struct keyed_writer *writer) {
+    INVARIANT(version >= 1 && version <= table->versions);
     const char digit[3] = {(char)('0' + version), '\n', '\0'};
     const int count = keyed_text_fields(table, version);
     keyed_put(writer, table->magic);
@@ -321,6 +323,7 @@ static bool line_is_legal(const char *line, size_t bytes) {
 }
 
 static bool numbers_fit(const struct keyed_field *field, const void *record) {
+    INVARIANT(field->min < field->max);
     bool fit = true;
     for (int i = 0; i < field->count; i++) {
         const double value = keyed_text_value(field, i, record);
@@ -376,6 +379,7 @@ int keyed_text_check(const struct keyed_table *table, const void *record,
 }
 
 double keyed_text_rounded(double value, int decimals) {
+    INVARIANT(decimals >= 0 && decimals <= DECIMAL_MAX_DECIMALS);
     int64_t scaled;
     const int fits = decimal_from_double(value, decimals, &scaled);
     INVARIANT(fits == ERROR_OK);

@@ -134,6 +134,7 @@ static void print(struct keyed_writer *writer, const struct keyed_field *field,
                   const void *address) {
     const struct zoom_function *function = address;
     INVARIANT(field->kind == ZOOM_FIELD_FUNCTION);
+    INVARIANT(function->terms >= 0 && function->terms <= ZOOM_TERMS_MAX);
     keyed_put_number(writer, field->decimals, function->irregularity);
     for (int i = 0; i < function->terms; i++) {
         keyed_put_number(writer, field->decimals, function->term[i]);
