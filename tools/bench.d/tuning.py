@@ -76,8 +76,8 @@ def hh4_right(folder, meta, truth, textured):
     first, end = meta["disparity_search"]
     count = (end - first + 15) // 16 * 16
     before, after = max(first + count, 0), max(-first, 0)
-    images = [cv2.copyMakeBorder(cv2.imread(str(folder / f"{side}.png")), 0, 0, before, after,
-                                 cv2.BORDER_REPLICATE) for side in ("left", "right")]
+    images = [cv2.copyMakeBorder(cv2.imread(str(folder / f"{side}.png"), cv2.IMREAD_GRAYSCALE), 0, 0,
+                                 before, after, cv2.BORDER_REPLICATE) for side in ("left", "right")]
     matcher = cv2.StereoSGBM_create(first, count, 3, 72, 288, 1, 31, 10, 100, 2,
                                     cv2.STEREO_SGBM_MODE_HH4)
     found = matcher.compute(*images)[:, before:before + truth.shape[1]]

@@ -71,7 +71,7 @@ enum {
     // What is measured: cost and margin (validation.h).
     TUNE_COST_SMOOTHED = 2,         // cost: more of smoothed images, which are more alike
     TUNE_SHARE_ANY_COST = 150,      // 1/255: accepted pixels around a block, the winners of which may have any cost
-    TUNE_MARGIN_LEAST = 15,         // cost: the lead where contrast is high
+    TUNE_MARGIN_LEAST = 13,         // cost: the lead where contrast is high
     TUNE_CONTRAST_FAINT = 16,       // grey levels up to which the whole margin is required
     TUNE_CONTRAST_COLUMNS = 16,     // columns of which contrast is measured; a power of two
     // What is measured: texture and shares of blocks of 8x8 pixels (validation.c).
