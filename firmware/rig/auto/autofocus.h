@@ -45,7 +45,8 @@ struct rig_autofocus_options {
 /// cameras (rig/base/rig_state.h), whose `done` says whether it was searched to the end. Returns 0
 /// whatever the verdicts are; ERROR_ARGUMENT, ERROR_NOT_CONNECTED, ERROR_NOT_READY, ERROR_RANGE
 /// before anything moves; ERROR_JAMMED (the verdict says so too), ERROR_CANCELLED and errors of the
-/// parts, with the ring at rest and the camera as it was, or the rig RIG_SAFE.
+/// parts, with the ring at rest and the camera as it was, or the rig RIG_SAFE. A lens controller that
+/// has gone cannot stop its ring, which then ends where it was sent, within its range.
 int rig_autofocus(struct rig *self, unsigned sides, const struct rig_autofocus_options *options);
 
 #ifdef __cplusplus
