@@ -139,8 +139,10 @@ class Trial:
         return target
 
     def users(self, names):
-        """The sources that use one of the numbers, also by a header."""
-        pattern = re.compile(rf"\bTUNE_(?:{'|'.join(names)})\b")
+        """The sources that use one of the numbers, also by a header or a rule."""
+        limits = {limit for _, _, limit in RULE.findall(self.text)}
+        rules = r"|\bmatch_(?:rules|accepts)\b" if limits & set(names) else ""
+        pattern = re.compile(rf"\bTUNE_(?:{'|'.join(names)})\b{rules}")
         used = {path for path in glob.glob(str(self.firmware / "stereo/match/*.[ch]"))
                 if not path.endswith("tuning.h")
                 and pattern.search(pathlib.Path(path).read_text(encoding="utf-8"))}
@@ -203,7 +205,9 @@ def main():
             if OTHERS.search(name) or not arguments.only.search(name):
                 continue
             step = max(round(value / 4), 1)
-            lower, higher = (trial.differences({name: value + sign * step}, base) for sign in (-1, 1))
+            most = 255 if name.startswith("SHARE") else NEVER  # a share is at most 255
+            lower, higher = (trial.differences({name: min(value + sign * step, most)}, base)
+                             for sign in (-1, 1))
             found[name] = f"{lower}, {higher}"
             print(f"{name:20} {value:6} -{step}: {lower:16} +{step}: {higher}", flush=True)
         if arguments.write:

@@ -16,14 +16,14 @@
 enum {
     // Smoothing of noisy pairs (noise.c): sums of |second derivative| of a block of 8x8, noise of one grey level has 233.
     TUNE_NOISE_WEAK = 160,          // sum: from here on weak smoothing
-    TUNE_NOISE_STRONG = 560,        // sum: from here on strong smoothing | +0.00 +0.00, +0.00 +0.00
+    TUNE_NOISE_STRONG = 560,        // sum: from here on strong smoothing
     TUNE_NOISE_FLOOR_SHARE = 50,    // 1/n of the blocks: the smoothest ones show noise alone
     TUNE_FINE_TEXTURE = 6,          // times the noise: half of the blocks have more: no smoothing
     TUNE_COARSE_SHARE = 15,         // 1/64: half of the blocks have less of their slopes over 8 px in those over 2: coarse texture
     TUNE_COARSE_SIGNAL = 5,         // times the noise: blocks with less say nothing about coarseness
     TUNE_SMOOTHING_WEAK = 2,        // 1/16: weight of each neighbour
     TUNE_SMOOTHING_COARSE = 4,      // 1/16: where noise is weak and texture coarse
-    TUNE_SMOOTHING_STRONG = 5,      // 1/16 | +0.00 +0.05, +0.00 +0.00
+    TUNE_SMOOTHING_STRONG = 5,      // 1/16
     // Features (features.h) and cost (cost.h).
     TUNE_COLOUR_STEP = 5,           // 1/8: of the largest step of a channel, to be comparable with grey
     TUNE_SUPPORT_NARROWED = 128,    // 1/256 columns: least width on the left of a column on the right, of a steep surface
@@ -61,37 +61,37 @@ enum {
     // Acceptance: the limits of match_rules below.
     TUNE_LEFT_RIGHT = 1,            // lanes: of a winner from the one that its right pixel is assigned to
     TUNE_COST_MAX = 41,             // cost: of a winner
-    TUNE_CONTRAST_MIN = 6,          // grey levels: of a winner that has a rival; with less it has no texture
+    TUNE_CONTRAST_MIN = 6,          // grey levels: of a winner that has a rival; with less it has no texture | +0.00 +0.01 +0.11, -0.00 -0.01 -0.17
     TUNE_MARGIN_MIN = 23,           // cost: lead over the best rival, where contrast is faint
-    TUNE_TEXTURE_MIN = 8,           // of 49 blocks: with texture
-    TUNE_SHARE_MIN = 217,           // 1/255: accepted pixels around a block, without texture next to it
-    TUNE_SHARE_COARSE = 204,        // 1/255: the same where the texture of the pair is coarse
+    TUNE_TEXTURE_MIN = 8,           // of 49 blocks: with texture | -0.00 +0.10 +0.18, +0.00 -0.08 -0.25
+    TUNE_SHARE_MIN = 217,           // 1/255: accepted pixels around a block, without texture next to it | -0.00 +0.98 +0.51, +0.34 -0.39 -3.67
+    TUNE_SHARE_COARSE = 204,        // 1/255: the same where the texture of the pair is coarse | +0.00 +0.24 +0.10, +0.00 -0.07 -1.40
     TUNE_PLAIN_MAX_PX = 0,          // px: from an occluded one towards an outline, without texture in between
-    TUNE_ISLAND_PX = 60,            // pixels: of one surface (default of match_options)
+    TUNE_ISLAND_PX = 60,            // pixels: of one surface (default of match_options) | -0.03 +0.02 +0.00, -0.00 -0.02 +0.00
     // What is measured: cost and margin (validation.h).
     TUNE_COST_SMOOTHED = 2,         // cost: more of smoothed images, which are more alike
-    TUNE_SHARE_ANY_COST = 150,      // 1/255: accepted pixels around a block, the winners of which may have any cost
+    TUNE_SHARE_ANY_COST = 150,      // 1/255: accepted pixels around a block, the winners of which may have any cost | +0.00 +0.02 +0.14, +0.00 -0.01 -1.55
     TUNE_MARGIN_LEAST = 13,         // cost: the lead where contrast is high
-    TUNE_CONTRAST_FAINT = 16,       // grey levels up to which the whole margin is required
+    TUNE_CONTRAST_FAINT = 16,       // grey levels up to which the whole margin is required | -0.00 +0.02 +0.03, +0.00 -0.01 -0.03
     TUNE_CONTRAST_COLUMNS = 16,     // columns of which contrast is measured; a power of two
     // What is measured: texture and shares of blocks of 8x8 pixels (validation.c).
-    TUNE_PAIR_NOISE_SHARE = 10,     // 1/n of the blocks: the smoothest differences between the images show noise alone
-    TUNE_DEPTH_EDGE_PX = 8,         // px over four columns: a larger one is a depth edge, whose slopes do not count
-    TUNE_DEPTH_EDGE_COLUMNS = 3,    // columns to each side of a depth edge without texture
-    TUNE_SIGNAL = 2,                // times the energy of noise: slopes along the row
-    TUNE_UPRIGHT = 10,               // 1/n of the energy of slopes along the column, at least, for texture along the row
-    TUNE_STRONG_SIGNAL = 128,       // times the energy of noise: strong slopes
-    TUNE_TEXTURED_NEAR = 4,         // of 9 blocks: texture next to a block
-    TUNE_STRONG_COARSE = 3,         // of 25 blocks: with as many strong slopes coarse texture needs no share
+    TUNE_PAIR_NOISE_SHARE = 10,     // 1/n of the blocks: the smoothest differences between the images show noise alone | -0.00 -0.05 -0.08, -0.00 +0.03 +0.16
+    TUNE_DEPTH_EDGE_PX = 8,         // px over four columns: a larger one is a depth edge, whose slopes do not count | +0.01 -0.00 +0.00, +0.00 -0.01 -0.01
+    TUNE_DEPTH_EDGE_COLUMNS = 3,    // columns to each side of a depth edge without texture | -0.00 +0.07 +0.03, +0.00 -0.04 -0.18
+    TUNE_SIGNAL = 2,                // times the energy of noise: slopes along the row | +0.00 +0.15 +0.45, -0.00 -0.09 -0.45
+    TUNE_UPRIGHT = 10,              // 1/n of the energy of slopes along the column, at least, for texture along the row | +0.01 -0.08 -0.36, -0.01 +0.07 +0.26
+    TUNE_STRONG_SIGNAL = 128,       // times the energy of noise: strong slopes | +0.00 +0.05 +0.00, +0.00 -0.02 -0.00
+    TUNE_TEXTURED_NEAR = 4,         // of 9 blocks: texture next to a block | -0.00 +0.30 +0.19, +0.01 -0.10 -0.35
+    TUNE_STRONG_COARSE = 3,         // of 25 blocks: with as many strong slopes coarse texture needs no share | +0.00 +0.06 +0.00, +0.00 -0.04 -0.00
     // What is measured: pixels beside an outline, which an object hides (validation.c).
-    TUNE_HIDDEN_BEFORE = 4,         // of the 16 pixels before are occluded
-    TUNE_HIDDEN_MAX_PX = 24,        // px: up to the outline
-    TUNE_PLAIN_BEFORE_PX = 8,       // px: plain before
-    TUNE_PLAIN_SLOPE = 32,          // times the energy of noise: plain pixels have less
-    TUNE_OUTLINE_SLOPE = 1000,      // times the energy of noise: an outline has more
-    TUNE_OUTLINE_PX = 5,            // px: an outline reaches that within
+    TUNE_HIDDEN_BEFORE = 4,         // of the 16 pixels before are occluded | -0.00 -0.01 -0.00, +0.00 +0.01 +0.00
+    TUNE_HIDDEN_MAX_PX = 24,        // px: up to the outline | +0.00 +0.00 +0.00, +0.00 -0.00 +0.00
+    TUNE_PLAIN_BEFORE_PX = 8,       // px: plain before | +0.00 -0.00 +0.00, -0.00 +0.00 +0.00
+    TUNE_PLAIN_SLOPE = 32,          // times the energy of noise: plain pixels have less | -0.00 +0.00 +0.00, -0.00 -0.00 +0.00
+    TUNE_OUTLINE_SLOPE = 1000,      // times the energy of noise: an outline has more | +0.00 -0.00 +0.00, +0.00 +0.00 +0.00
+    TUNE_OUTLINE_PX = 5,            // px: an outline reaches that within | +0.00 +0.00 +0.00, +0.00 +0.00 +0.00
     // Islands (speckle.c) and rows between (validation.h).
-    TUNE_ISLAND_STEP = 512,         // 1/256 px: neighbours of one island differ by less
+    TUNE_ISLAND_STEP = 512,         // 1/256 px: neighbours of one island differ by less | -0.00 -0.01 -0.00, -0.00 +0.00 +0.00
     TUNE_ROW_STEP = 256,            // 1/256 px: rows between those of the preset fast are interpolated up to this step
     // Time, not results (schedule.c, match.c).
     TUNE_TILES_BETWEEN = 4,         // tiles that the band above is ahead, so that no thread reads what another writes
