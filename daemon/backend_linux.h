@@ -33,8 +33,8 @@ struct backend_linux {
     struct rig_devices devices;
     bool needed[BACKEND_LINUX_DEVICES];
     struct message missing[BACKEND_LINUX_DEVICES];  ///< why it is not open; "": it is
-    struct message identity;                        ///< of the camera that was queried last
-    struct message refused;                         ///< why an open camera does not start
+    struct message identity;  ///< name and bus of the camera that was queried last
+    struct message refused;   ///< why an open camera does not start
 };
 
 /// Opens the devices that the profile needs and that exist; the others are reported in the log, and

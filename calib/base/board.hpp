@@ -27,7 +27,7 @@ struct board {
 
 /// One inner corner in one image.
 struct corner {
-    int index = 0;              // on the board, 0..corner_count()-1
+    int index = 0;              // number of the corner on the board, 0..corner_count()-1
     double x_px = 0, y_px = 0;  // (0,0) is the centre of the top-left pixel
     double sigma_px = 0;        // predicted standard deviation of x and of y; weights the corner
 };

@@ -30,7 +30,7 @@ void settle_layouts(const board &board, const std::vector<board_view *> &views) 
     if (!layouts_differ_by_column(board)) {
         return;
     }
-    int lead = 0;  // of white first
+    int lead = 0;  // views with white first minus views with black first
     for (const board_view *view : views) {
         if (!view->corners.empty() && !view->layout_open) {
             lead += view->white_first ? 1 : -1;

@@ -218,7 +218,7 @@ class reader {
     double sigma_px_ = foreign_sigma_px;
     std::string clipped_name_;  // the next view is overexposed
     double clipped_ = 0;
-    std::string white_first_name_, layout_open_name_;  // of the next view
+    std::string white_first_name_, layout_open_name_;  // image of the next view if it has that flag
     bool legend_seen_ = false, weights_ = false;
     std::vector<cached_view> views_;
 };

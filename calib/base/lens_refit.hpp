@@ -8,7 +8,7 @@
 namespace calib {
 
 struct lens_refit {
-    lens fitted;            // without k3; may be one that `lens_validate` rejects
+    lens fitted;            // its k3 is 0; may be a lens that `lens_validate` rejects
     double rms_px, max_px;  // error over the image
 };
 

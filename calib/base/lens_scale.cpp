@@ -159,7 +159,7 @@ lens lens_from_state(const lens_frame &frame, const lens_state &state) {
     result.fy_px = result.fx_px * std::exp(q[LOG_ASPECT]);
     result.cx_px = frame.middle_x_px + q[CENTRE_X];
     result.cy_px = frame.middle_y_px + q[CENTRE_Y];
-    const double inverse = result.fx_px / frame.radius_px;  // of the ideal reference radius
+    const double inverse = result.fx_px / frame.radius_px;  // inverse of the ideal reference radius
     const double square = inverse * inverse;
     result.k1 = q[RADIAL_2] / frame.radius_px * square;
     result.k2 = q[RADIAL_4] / frame.radius_px * square * square;
@@ -348,7 +348,7 @@ bool lens_model::estimates(int parameter) const {
             return distortion >= RATIONAL;
         case K5:
             return distortion == RATIONAL;
-        case K6:  // with k3 it is hardly determined by any views
+        case K6:  // few views determine k6 together with k3
             return false;
         default:
             return true;

@@ -25,10 +25,10 @@ struct match {
 };
 
 struct pair_views {
-    size_t number;                              // of the caller's pair
+    size_t number;                              // index of the caller's pair
     std::vector<std::vector<match>> by_option;  // one list for each way to number the right view
-    double turn_rad = 0;                        // of the board's rows, from left to right image
-    size_t option = 0;                          // chosen
+    double turn_rad = 0;  // rotation of the board's rows from the left to the right image
+    size_t option = 0;    // chosen
 };
 
 std::vector<match> matches_of(const board_view &left, const board_view &right) {

@@ -78,23 +78,23 @@ struct rejected_view {
 struct corner_residual_px {
     size_t capture;
     int camera, index;
-    double x_px, y_px;    // where it was seen
+    double x_px, y_px;    // position where the corner was seen
     double dx_px, dy_px;  // residual
-    double sigma_px;      // as weighted: as given, combined with `fit_test::floor_px`
+    double sigma_px;      // sigma used as weight: the given one combined with `fit_test::floor_px`
     bool used;
 };
 
 struct view_summary {
     bool used = false;
     int corners_used = 0;
-    double rms_px = 0;  // per point, of the used corners
+    double rms_px = 0;  // RMS over the used corners, per point
 };
 
 /// One candidate of the model choice.
 struct model_score {
     lens_model model;
     board_model target;
-    double held_out_rms_px;  // per point, over held-out views
+    double held_out_rms_px;  // RMS over the held-out views, per point
     double worse_than_best;  // mean difference to the best in squared sigma, per corner
     double worse_than_best_sigma;
     bool chosen;
@@ -104,8 +104,8 @@ struct model_score {
 struct fit_test {
     double image_z = 0;           // standard scores of the chi-square of mean residuals by
     double board_z = 0;           // image cell and by corner of the board
-    double systematic_px = 0;     // rms of the residuals in the image beyond noise
-    double systematic_share = 0;  // of the whole rms
+    double systematic_px = 0;     // RMS of the residuals in the image beyond noise
+    double systematic_share = 0;  // share of the whole RMS that is beyond noise
     double sigma_ratio = 0;       // residual scale over the sigmas given with the corners
     /// Common error of all corners beyond the noise of their images (inexact prints, compressed
     /// images); added to the variance of each.
@@ -144,18 +144,18 @@ struct length_test {
 struct verdict {
     bool good = false;
     bool lens_outside_model = false;   // one of the reasons, which may cause the others
-    std::string sentence;              // for the user: good or not, and why
+    std::string sentence;              // summary for the user: good or not, and why
     std::vector<std::string> reasons;  // what speaks against it, most important first
     std::vector<std::string> remarks;  // remarks that do not speak against it
 };
 
 struct solution {
     bool solved = false;  // false: only `verdict` and the rejections are valid
-    calibration rig{};    // with two cameras; without id, date and note
+    calibration rig{};    // valid with two cameras only; has no id, date or note
     lens camera[2] = {};
     rigid T_right_left;
     lens_model model;
-    bool model_given = false;  // by the options: no other distortion was tried
+    bool model_given = false;  // the options gave the model: no other distortion was tried
     /// Many views do not fit the given model, and more do to the equidistant one.
     bool wider_than_model = false;
     board_model target;
@@ -165,14 +165,14 @@ struct solution {
     /// same share.
     double warp_mm[board_model::PARAMETERS] = {0, 0, 0, 0};
 
-    std::vector<rigid> T_left_board;  // by board position, board's frame as in board.hpp
+    std::vector<rigid> T_left_board;  // poses by board position, in the board's frame of board.hpp
     std::vector<bool> board_known;
     std::vector<std::array<view_summary, 2>> views;
-    std::vector<corner_residual_px> residuals;  // by board position, camera, index
+    std::vector<corner_residual_px> residuals;  // sorted by board position, camera and index
     std::vector<rejected_corner> rejected_corners;
     std::vector<rejected_view> rejected_views;
 
-    double rms_px = 0;  // per point, of all used corners
+    double rms_px = 0;  // RMS over all used corners, per point
     double sigma0 = 0;  // estimated sigma of a corner over the one that weighted it
     double held_out_rms_px = 0;
     int captures_used = 0, pairs_used = 0;
@@ -180,8 +180,8 @@ struct solution {
     fit_test fit;
     start_test second_start;
     solution_sigmas sigma;
-    length_test length;                         // of a pair
-    std::shared_ptr<const error_model> errors;  // for uncertainty.hpp; null when not solved
+    length_test length;                         // determined for a pair only
+    std::shared_ptr<const error_model> errors;  // input of uncertainty.hpp; null if not solved
     calib::verdict verdict;
 };
 

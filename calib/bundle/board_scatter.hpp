@@ -16,7 +16,7 @@ struct board_scatter {
     double ratio =
         1;         // variance of the shared parameters over the variance that corner noise explains
     double z = 0;  // its standard score
-    matrix covariance;  // of the shared parameters, from the scatter of the positions
+    matrix covariance;  // covariance of the shared parameters, from the scatter of the positions
 };
 
 /// Leaves out one position after the other (the jackknife, to first order). `boards` are all used

@@ -20,13 +20,13 @@ enum { POSE_PARAMETERS = 6, WARP_PARAMETERS = board_model::PARAMETERS };
 /// A corner of the board as drawn, and its displacement per mm of each warp.
 struct board_point {
     double x_mm, y_mm;
-    double lift[3];     // out of the plane, by BEND_X, BEND_Y and TWIST
-    double stretch[2];  // in the plane
+    double lift[3];     // displacement out of the plane by BEND_X, BEND_Y and TWIST
+    double stretch[2];  // displacement in the plane by STRETCH: x, y
 };
 
 /// One corner in one image, as the solver uses it.
 struct bundle_corner {
-    int index;  // on the board
+    int index;  // number of the corner on the board
     double x_px, y_px;
     double sigma_px;
     bool used;
@@ -45,7 +45,7 @@ struct bundle_view {
 struct bundle {
     int cameras = CAMERAS;
     lens_frame frame[CAMERAS];
-    std::vector<board_point> points;  // by index
+    std::vector<board_point> points;  // points of the board, indexed by corner
     double half_mm[2] = {1, 1};       // half of the board's width and height
     std::vector<std::array<bundle_view, CAMERAS>> captures;
 
@@ -58,7 +58,7 @@ struct bundle_state {
     lens_state lens[CAMERAS];
     rigid T_right_left;
     double warp_mm[WARP_PARAMETERS] = {0, 0, 0, 0};
-    std::vector<rigid> T_left_board;  // by board position
+    std::vector<rigid> T_left_board;  // poses by board position
 };
 
 /// The points of a board, relative to its middle.

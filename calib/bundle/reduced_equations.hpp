@@ -26,7 +26,7 @@ struct board_equations {
     /// shared parameters and their own covariance, in squared sigmas.
     matrix frame_by_shared = matrix::Zero(POSE_PARAMETERS, SHARED);
     matrix frame_noise = matrix::Zero(POSE_PARAMETERS, POSE_PARAMETERS);
-    double squares = 0;  // of the residuals, in sigmas
+    double squares = 0;  // sum of squared residuals, each divided by its sigma
     long residuals = 0;
 };
 

@@ -22,7 +22,7 @@ constexpr double square_on_levels_px = 8, smallest_square_px = 4.5;
 constexpr int shortest_side_px = 16;
 constexpr double min_share = 0.9;  // share of a plain board's corners that must be measured
 constexpr int fewest_coded_corners = 6;
-constexpr int fewest_corners_beyond = 2;  // of one layout, that exclude it
+constexpr int fewest_corners_beyond = 2;  // corners beyond the ends of a layout that exclude it
 
 struct search {
     const calib::board &board;
@@ -30,7 +30,7 @@ struct search {
     near_miss nearest;
     grid nearest_grid;
     int nearest_level = 0;
-    board_view best;     // with the most corners, over all levels so far
+    board_view best;     // the view with the most corners on all levels so far
     int max_boards = 0;  // whole plain boards found on one level
 
     double clear_share() const {
@@ -105,7 +105,7 @@ struct coded_part {
 board_view joined(const board &board, std::vector<coded_part> parts) {
     board_view view;
     if (layouts_differ_by_column(board)) {
-        int lead = 0;  // of white first
+        int lead = 0;  // corners beyond the ends of black first minus those of white first
         for (coded_part &part : parts) {
             lead += corners_beyond(board, *part.found, part.corners, part.place);
             part.place.column--;

@@ -54,7 +54,8 @@ class side_of_grid {
     struct point {
         double x, y;
     };
-    static constexpr double reach = 0.2;  // of a square
+    // Distance of the outer samples from the middle of a square, in squares.
+    static constexpr double reach = 0.2;
     // The point on the line through corner `along`, `beyond` squares outside line 0. Where noise
     // hid the corner of line 0, the two next ones inside show it.
     std::optional<point> outside(int along, double beyond) const {

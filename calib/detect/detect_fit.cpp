@@ -35,7 +35,7 @@ constexpr double farthest_share = 0.5;    // share of the radius that the corner
 constexpr double max_misfit = 0.3;
 constexpr double small_misfit = 0.1;     // reported as 0: the noise need not be measured
 constexpr double min_half_contrast = 3;  // grey levels
-constexpr double min_blur_px = 0.289;    // of a sharp image: the extent of a pixel
+constexpr double min_blur_px = 0.289;    // blur of a sharp image, from the extent of a pixel
 // Rounding to integer grey levels is not noise if it is the only error; no pixel grid is exact
 // either.
 constexpr double min_noise = 0.3;  // grey levels
@@ -61,7 +61,7 @@ class step_table {
     }
 
   private:
-    static constexpr size_t size = 1282;  // up to 5
+    static constexpr size_t size = 1282;  // covers arguments up to 5
     static constexpr double per_unit = 256;
     std::array<double, size> value_, slope_;
 };

@@ -33,7 +33,7 @@ struct grid {
 };
 
 struct grid_limits {
-    double nearest_px = 8;    // between corners
+    double nearest_px = 8;    // smallest distance between two corners
     bool whole_lines = true;  // ignore outer lines of which most is missing
     size_t enough = 1000;     // a grid with this many corners is not grown further
 };

@@ -15,7 +15,7 @@ namespace calib::detect {
 namespace {
 
 constexpr double wanted_bit_px = 3.5;  // side of a bit on the level that is read
-constexpr double sample_reach = 0.22;  // of a bit: offset of the samples from its centre
+constexpr double sample_reach = 0.22;  // offset of the samples from the centre of a bit, in bits
 constexpr double min_step = 8 * pixel_scale;
 
 struct cell_code {
@@ -268,7 +268,7 @@ marker_reading read_markers(const board &board, const std::vector<plane> &levels
     if (dictionary == nullptr) {
         return reading;
     }
-    place_votes votes[2];  // by `white_first`
+    place_votes votes[2];  // index: `white_first`
     // With an odd number of squares in a row the markers fit both: see coded_layout.hpp.
     const bool two_layouts = board.rows % 2 != 0 && board.columns % 2 != 0;
     for (const cell_code &cell : codes_in(board, *dictionary, levels, found, refined)) {

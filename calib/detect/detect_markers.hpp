@@ -21,7 +21,7 @@ struct board_place {
 
 struct marker_reading {
     int seen = 0;   // light squares with a marker's black border
-    int known = 0;  // of these, the ones with a code of the dictionary that this board carries
+    int known = 0;  // seen markers with a dictionary code that this board carries
     bool placed = false;
     board_place place;
 };

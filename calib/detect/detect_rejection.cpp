@@ -11,7 +11,7 @@ namespace calib::detect {
 
 namespace {
 
-constexpr double max_blur_share = 0.35;  // of the side of a square
+constexpr double max_blur_share = 0.35;  // largest blur, as a share of the side of a square
 // From here on blur is the likely reason for missing corners.
 constexpr double doubtful_blur_share = 0.25;
 constexpr int white_grey = 252, dark_grey = 40;

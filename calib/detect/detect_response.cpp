@@ -9,11 +9,12 @@ namespace calib::detect {
 
 namespace {
 
-constexpr int step_px = 2;  // of the second differences
+constexpr int step_px = 2;  // step of the second differences
 constexpr int border_px = 6;
 // An ideal corner of contrast c gives about (c/2)^2 when sharp and a tenth of that when blurred.
 constexpr float min_response = 9.0F * pixel_scale * pixel_scale;
-constexpr double farthest_px = 1.5;  // of a saddle point from the pixel of highest response
+// Largest distance in x or y of a saddle point from its pixel of highest response.
+constexpr double farthest_px = 1.5;
 
 // A buffer of the last few rows, indexed by row number.
 template <size_t Count>

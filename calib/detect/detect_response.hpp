@@ -10,7 +10,7 @@
 namespace calib::detect {
 
 struct peak {
-    double x = 0, y = 0;  // of the saddle point, subpixel
+    double x = 0, y = 0;  // position of the saddle point, subpixel
     float response = 0;   // minus the determinant of the second derivatives
 };
 

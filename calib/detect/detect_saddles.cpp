@@ -18,7 +18,7 @@ constexpr double min_contrast = 8 * pixel_scale;
 // Maximum ratio of the unmirrored to the mirrored energy of the circle: perspective and noise cause
 // some.
 constexpr double unmirrored_share = 0.3;
-constexpr double min_angle_rad = 0.26;  // between two edges: 15 degrees
+constexpr double min_angle_rad = 0.26;  // smallest angle between two edges: 15 degrees
 
 struct circle {
     std::array<direction, half_circle> towards;

@@ -19,7 +19,7 @@ struct direction {
 /// Four rays leave a saddle along the edges of its squares: ray 0 and, clockwise on the screen,
 /// rays 1 to 3. Crossing rays 0 and 2 clockwise leads from dark to light, rays 1 and 3 back.
 struct saddle {
-    double x = 0, y = 0;  // in pixels of the level
+    double x = 0, y = 0;  // position in pixels of the level
     double contrast = 0;  // light minus dark, grey levels times pixel_scale
     std::array<direction, 4> rays;
 };

@@ -20,10 +20,11 @@ using parameters = Eigen::Matrix<double, COUNT, 1>;
 using normal_matrix = Eigen::Matrix<double, COUNT, COUNT>;
 
 constexpr int max_rounds = 12;
-constexpr int samples_each_way = 12;  // along a radius
+constexpr int samples_each_way = 12;  // samples along a radius
 constexpr double settled_px = 2e-3;
-constexpr double farthest_share = 0.5;      // share of the radius that the corner may move
-constexpr double max_odd_share = 0.2;       // of the part of the image that the half turn keeps
+constexpr double farthest_share = 0.5;  // share of the radius that the corner may move
+// Largest RMS of what a half turn inverts, over that of what it keeps.
+constexpr double max_odd_share = 0.2;
 constexpr double min_even = 3;              // grey levels
 constexpr double per_steepest = 1 / 2.507;  // blur of a step of height 1, from its steepest slope
 constexpr double min_noise = 0.3;           // grey levels

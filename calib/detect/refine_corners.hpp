@@ -13,12 +13,12 @@ namespace calib::detect {
 
 struct refined_corner {
     bool found = false;
-    double x = 0, y = 0;  // in the image's pixels
+    double x = 0, y = 0;  // pixels of the full-size image
     double sigma_px = 0;
 };
 
 struct refined_grid {
-    std::vector<refined_corner> corners;  // in the order of the grid's nodes
+    std::vector<refined_corner> corners;  // same order as the nodes of the grid
     double blur_px = 0;                   // median
     double spacing_px = 0;                // median distance between neighbours
 };

@@ -19,9 +19,9 @@ const size_t FOLDS = 5;
 struct contender {
     model_candidate candidate;
     bundle_state state;
-    double squares = 0;               // of all residuals with nothing held out, in sigmas
-    std::vector<double> cost;         // by used position: mean squared length, in sigmas
-    std::vector<double> squares_px2;  // likewise: sum of squared lengths, in px
+    double squares = 0;               // sum of squared residuals in sigmas, with nothing held out
+    std::vector<double> cost;         // mean squared residual in sigmas, by used position
+    std::vector<double> squares_px2;  // sum of squared residuals in px, by used position
     std::vector<int> corners;
     bool possible = true;  // its lenses fold nowhere, and its parameters are determined
 };

@@ -29,7 +29,7 @@ class noise_floor {
     double ratio() const { return ratio_; }
 
   private:
-    std::vector<double> given_px_;  // of all corners, in the order of the bundle
+    std::vector<double> given_px_;  // given sigmas of all corners, in the order of the bundle
     double floor_px_ = 0, ratio_ = 1;
 };
 

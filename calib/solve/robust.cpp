@@ -12,11 +12,12 @@ namespace calib {
 
 namespace {
 
-const int MIN_CORNERS = 6;      // of a view: four determine a pose, two more verify it
+const int MIN_CORNERS = 6;      // minimum in a view: four determine its pose, two more verify it
 const double MIN_RIGHT = 0.75;  // share of a view's corners that must be right
 const double GARBAGE = 0.03;    // misfit of a homography, as a share of the view's extent
 const double NOISIER = 3;       // maximum noise of a used view, as a multiple of the common noise
-const double MEDIAN_RADIUS = 1.1774100225154747;  // of a two-dimensional gaussian, in sigmas
+// Median radius of a two-dimensional Gaussian, in sigmas.
+const double MEDIAN_RADIUS = 1.1774100225154747;
 const double MIN_LIMIT_PX = 1e-3;
 
 double median_of(std::vector<double> *values) {
@@ -40,8 +41,8 @@ struct explanation {
     double cost = -1;  // negative: not at all
     bool right[CAMERAS] = {false, false};
     std::vector<double> off[CAMERAS];  // lengths of all residuals in sigmas, by corner
-    double limit[CAMERAS] = {0, 0};    // in sigmas
-    double noise[CAMERAS] = {0, 0};    // of the view, over that of all
+    double limit[CAMERAS] = {0, 0};    // largest residual of a right corner, in sigmas
+    double noise[CAMERAS] = {0, 0};    // noise of the view over that of all views
 };
 
 class view_assessor {

@@ -18,7 +18,7 @@ struct view_record {
     bool assessed = false;  // false: unusable regardless of the other views (reason below)
     bool turned = false;    // was numbered from the other end and has been renumbered
     std::string reason;     // why it is not used, or that it was renumbered; "" when all is well
-    homography seen;        // when judged
+    homography seen;        // homography of the view at its assessment
 };
 
 using view_records = std::vector<std::array<view_record, CAMERAS>>;

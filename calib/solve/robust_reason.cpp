@@ -88,7 +88,7 @@ std::string corner_reason(const bundle &data, int camera, const bundle_corner &c
     const auto pixels = all_pixels(data, camera, state, T_left_board);
     const std::array<double, 2> seen = {corner.x_px, corner.y_px};
     size_t nearest = 0;
-    double square_px = 1e9;  // to the next corner of where this one belongs
+    double square_px = 1e9;  // predicted distance from this corner to the nearest other one
     for (size_t i = 0; i < pixels.size(); i++) {
         if (distance(pixels[i], seen) < distance(pixels[nearest], seen)) {
             nearest = i;

@@ -155,7 +155,7 @@ bool fit_homography(const bundle &data, const bundle_view &view, homography *res
 
 bool fit_flat_homography(const bundle &data, int camera, const bundle_view &view,
                          const lens_state &lens, homography *result) {
-    static const double tangent_max = 5.67;  // of 80 degrees
+    static const double tangent_max = 5.67;  // tangent of 80 degrees
     const struct lens bent = lens_from_state(data.frame[camera], lens);
     bundle_view flat = view;
     flat.corners.clear();

@@ -12,7 +12,7 @@ namespace {
 const int GRID = 3;  // points per side that represent a homography
 const double SCAN_FROM = 0.25, SCAN_TO = 80, SCAN_STEP = 1.2;
 const double WIDE_FROM = 0.26, WIDE_TO = 0.95;  // 1 / the field of view in rad
-const size_t WIDE_CORNERS = 20;                 // of a view, that represent it
+const size_t WIDE_CORNERS = 20;                 // number of corners that represent a view
 const double WIDE_LOSS = 3;
 
 // Represents each homography by a view of few points: the cost of the scan does not grow with the

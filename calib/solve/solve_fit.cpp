@@ -15,9 +15,9 @@ const int CELLS_ACROSS = 8, CELLS_DOWN = 6;
 const int MIN_IN_CELL = 4;
 const double ALARM_Z = 5;
 const double MIN_PATTERN_PX = 1e-3;  // rounding also leaves patterns
-const int RINGS = 12;                // about a lens's axis, out to the corners of the image
-const size_t MIN_IN_RING = 4;        // boards
-const double FURTHEST_PX = 20;       // further off, one corner counts as this
+const int RINGS = 12;           // number of rings from a lens's axis to the corners of the image
+const size_t MIN_IN_RING = 4;   // boards
+const double FURTHEST_PX = 20;  // further off, one corner counts as this
 
 struct cell {
     double x = 0, y = 0;  // sums of residuals, in sigmas

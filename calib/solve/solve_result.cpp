@@ -130,7 +130,7 @@ solution describe(const observations &seen, const ordered_bundle &ordered,
     result.T_left_board.resize(count);
     result.board_known.assign(count, false);
     result.views.resize(count);
-    std::vector<size_t> place(count);  // in the bundle, of the caller's positions
+    std::vector<size_t> place(count);  // index in the bundle, by the caller's position
     for (size_t i = 0; i < count; i++) {
         place[ordered.caller[i]] = i;
     }

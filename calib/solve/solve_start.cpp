@@ -37,9 +37,9 @@ double total_distance(const bundle &data, const bundle_state &state) {
 }
 
 struct single_start {
-    bundle data;  // of one camera
+    bundle data;  // the views of one camera
     std::vector<homography> seen;
-    std::vector<size_t> captures;  // of `seen`
+    std::vector<size_t> captures;  // index of the capture, for each element of `seen`
 };
 
 single_start prepare(const bundle &data, const view_records &records, int camera) {
@@ -127,7 +127,7 @@ struct attempt {
     double focal_px;
     bundle_state state{};
     double distance = 0;
-    bundle data{};  // with the views that were used; only of a wide start
+    bundle data{};  // views that a wide start used; empty for other starts
 };
 
 std::string too_few_views(const bundle &data, int camera, size_t views) {

@@ -20,7 +20,7 @@ namespace {
 const double PARALLEL_RAD =
     5 * MATH_PI / 180;              // normals closer to their mean than this count as parallel
 const double FOCAL_SHARE = 0.01;    // largest acceptable sigma of f
-const double FOCAL_UNKNOWN = 0.05;  // beyond this f is not determined at all
+const double FOCAL_UNKNOWN = 0.05;  // relative sigma of f from which f counts as not determined
 const double COVERAGE = 0.4;        // share of the image's cells with corners
 const int FEW_BOARDS = 6, FEW_PAIRS = 4;
 // Acceptable systematic residual: this share of the residuals, or this many pixels.
@@ -37,8 +37,8 @@ const double SCATTER_RATIO = 25;     // ratio of variances between board positio
 const double BASELINE_SHARE = 0.01;  // largest acceptable sigma of the baseline
 const double LEAST_BASELINE = 5e-3;  // share of the boards' distance
 const double STRETCH_SHARE = 0.005;  // share by which a print's rows and columns may differ
-const double OUTER = 0.7;            // of half a diagonal: where lenses bend most
-const int OUTER_FEWEST = 5;          // minimum number of corners rejected there to be significant
+const double OUTER = 0.7;    // ring where lenses bend most: its inner radius over half a diagonal
+const int OUTER_FEWEST = 5;  // minimum number of corners rejected there to be significant
 const double OUTER_REJECTED = 0.02;  // share of corners there that a fitting lens may lose
 
 struct finding {

@@ -17,15 +17,16 @@ namespace calib {
 namespace {
 
 const int CELLS_X = 4, CELLS_Y = 3;
-const double ALARM_Z = 6, ALARM_SHARE = 0.3;  // of a pattern in the noise of a corner
-const double ALARM_NOISE = 2;                 // residuals over what the corners' noise explains
-const int REFIT_ITERATIONS = 2;               // the equations are nearly linear there
+// Limits of a pattern: standard score, RMS over corner noise.
+const double ALARM_Z = 6, ALARM_SHARE = 0.3;
+const double ALARM_NOISE = 2;    // residuals over what the corners' noise explains
+const int REFIT_ITERATIONS = 2;  // the equations are nearly linear there
 // Of zooms left out: rows as a share of half of the diagonal, f as a share of itself.
 const double HELD_OUT_ROWS = 1.0 / 400, HELD_OUT_FOCAL = 0.01;
 const double BASELINE_SHARE = 0.05;        // largest acceptable sigma of the baseline
 const double BASELINE_DEPTHS = 2;          // the longest baseline, in distances of the boards
-const double LARGEST_BASELINE_MM = 10000;  // beyond, the unit of --square is in doubt
-const double TURNED_RAD = MATH_PI / 3;     // of one camera against the other
+const double LARGEST_BASELINE_MM = 10000;  // a longer baseline suggests that --square is not in mm
+const double TURNED_RAD = MATH_PI / 3;     // largest rotation between the two cameras
 const double PAN_SCALE = 0.2;              // a servo's angle differs from the commanded one
 const int ZOOM_SAMPLES = 32;
 const char *const side_names[CAMERAS] = {"left", "right"};

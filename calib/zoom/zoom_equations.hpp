@@ -18,7 +18,7 @@ namespace calib {
 struct view_latents {
     size_t capture;
     int camera;
-    std::vector<int> at;  // of the place's parameters
+    std::vector<int> at;  // indices among the parameters of the place
     matrix inverse, mixed;
     vector gradient;
 };
@@ -29,7 +29,7 @@ struct place_equations {
     std::vector<view_latents> latents;
     matrix normal;
     vector gradient;
-    double squares = 0;  // of the residuals, in sigmas (after the loss)
+    double squares = 0;  // sum of squared residuals in sigmas, after the loss
     long residuals = 0;
 
     bool empty() const { return residuals == 0; }

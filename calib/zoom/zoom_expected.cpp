@@ -18,10 +18,10 @@ namespace {
 const int GRID = 20;  // matches across and down the left image
 static_assert(GRID * GRID == EXPECTED_MATCHES, "one match a cell");
 const double MARGIN_PX = 4;
-const double BOARD_PX = 0.05;       // of a corner
-const double BOARD_TURN_RAD = 0.4;  // of the board, about its columns
+const double BOARD_PX = 0.05;       // sigma of a corner of the board
+const double BOARD_TURN_RAD = 0.4;  // rotation of the board about its columns
 const int FEWEST_CORNERS = 12;
-const double SMALLEST_SQUARE_PX = 10;  // of which corners are found
+const double SMALLEST_SQUARE_PX = 10;  // smallest square whose corners are detected
 // Of the distance: the length of which the error is computed, so small that both cameras see it.
 const double LENGTH_SHARE = 0.01;
 

@@ -19,15 +19,16 @@ const double EXPECTED_LENGTH_MM = 100;
 
 /// Standard deviations, common to all points of a pair. 0: it cannot be had.
 struct expected_sigmas {
-    double depth_mm = 0;   // in the middle of the left image
-    double length_mm = 0;  // of EXPECTED_LENGTH_MM across the view
+    double depth_mm = 0;   // depth in the middle of the left image
+    double length_mm = 0;  // length of EXPECTED_LENGTH_MM across the view
 };
 
 struct zoom_expected {
-    expected_sigmas read;    // as the motors' positions say
-    expected_sigmas own;     // with the pair's own matches
-    expected_sigmas second;  // and with those of a pair at another zoom, pans untouched
-    expected_sigmas board;   // with its own, and the board in view
+    expected_sigmas read;  // motor positions only
+    expected_sigmas own;   // motor positions and the pair's own matches
+    // Motor positions, the pair's own matches and those of a pair at another zoom, pans untouched.
+    expected_sigmas second;
+    expected_sigmas board;  // motor positions, the pair's own matches and the board in view
 };
 
 /// At `state`, of a scene at `depth_mm` from the left camera. `second` is the state of the other

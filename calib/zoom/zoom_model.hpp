@@ -110,7 +110,7 @@ int zoom_lens_parameter(int function);
 
 /// What is known of the parameters beforehand: gaussian, independent.
 struct zoom_prior {
-    std::vector<double> mean, sigma;  // of the shared ones
+    std::vector<double> mean, sigma;  // mean and sigma of each shared parameter
     /// 0: there is no such difference. Either all are 0 or none.
     std::array<zoom_latents, CAMERAS> latent_sigma{};
     /// The lens was focused on the board: standard deviation of the difference, 1/m.
@@ -121,8 +121,8 @@ struct zoom_prior {
 
 struct zoom_estimate {
     std::vector<double> shared;
-    std::vector<rigid> T_instrument_board;                  // by place
-    std::vector<std::array<zoom_latents, CAMERAS>> latent;  // by capture
+    std::vector<rigid> T_instrument_board;                  // board poses by place
+    std::vector<std::array<zoom_latents, CAMERAS>> latent;  // latents by capture
 };
 
 /// One camera at one setting: lens and pose.

@@ -26,7 +26,7 @@ combination term_of(const zoom_layout &layout, int camera, int function, int ter
     if (term > 0) {
         return {{first + term - 1, 1}};
     }
-    combination sum;  // so that the function is 0 at u = -1
+    combination sum;  // makes the function 0 at u = -1
     for (int i = 0; i < layout.estimated_terms(function); i++) {
         sum.emplace_back(first + i, i % 2 == 0 ? 1 : -1);
     }

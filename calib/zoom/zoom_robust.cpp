@@ -16,7 +16,7 @@ namespace {
 const double MAX_WRONG_SHARE = 0.25;
 const double ALLOWED_WRONG = 4;  // corners in any view
 const size_t MIN_CORNERS = 4;
-const double MEDIAN_LENGTH = 1.17741;  // of a two-dimensional gaussian, in sigmas
+const double MEDIAN_LENGTH = 1.17741;  // median length of a two-dimensional Gaussian, in sigmas
 
 std::string px_text(double px) {
     char text[40];

@@ -13,7 +13,7 @@ namespace calib {
 struct zoom_rejection {
     size_t capture;
     int camera;
-    int index;  // of the corner; -1: the whole view
+    int index;  // number of the corner; -1: the whole view
     double off_px;
     std::string reason;
 };

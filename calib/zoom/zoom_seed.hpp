@@ -15,7 +15,7 @@ namespace calib {
 /// One setting of both zooms, calibrated alone.
 struct zoom_setting {
     std::array<int, CAMERAS> setting{};
-    std::vector<size_t> captures;  // in the caller's order: those with the most frequent board
+    std::vector<size_t> captures;  // captures of the most frequent board, in the caller's order
     // Each camera separately: between positions of the board they may have been turned to it.
     std::array<solution, CAMERAS> alone;
     std::array<double, CAMERAS> focused_mm{};  // median distance of the boards

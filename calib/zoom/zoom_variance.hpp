@@ -10,7 +10,8 @@ namespace calib {
 /// Covariance at a least-squares solution.
 struct zoom_covariance {
     matrix shared;
-    std::vector<std::array<zoom_latents, CAMERAS>> latent_variance;  // by capture
+    // Variances of the latents by capture.
+    std::vector<std::array<zoom_latents, CAMERAS>> latent_variance;
     double own_freedom = 0;  // parameters of the places that the data determine
 };
 

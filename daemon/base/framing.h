@@ -5,9 +5,9 @@
 #define VERGENCE_DAEMON_BASE_FRAMING_H
 
 enum {
-    FRAMING_IDLE = 0x16,     ///< SYN, at any position: a command is running
-    FRAMING_IDLE_MS = 200,   ///< from one to the next
-    FRAMING_QUIET_MS = 500,  ///< without any byte: nothing is running, and no answer is on its way
+    FRAMING_IDLE = 0x16,     ///< SYN, sent at any position: a command is running
+    FRAMING_IDLE_MS = 200,   ///< interval between two of these bytes
+    FRAMING_QUIET_MS = 500,  ///< no byte for so long: nothing runs, and no answer is on its way
 };
 
 /// Beginning of the message of ERROR_CRC to a line that was not run because it arrived damaged.

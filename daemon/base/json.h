@@ -51,7 +51,7 @@ void json_reals(struct json *json, const char *name, const double *values, int c
 /// Ends the document with a line feed. Everything that was opened must be closed.
 void json_end(struct json *json);
 
-struct cJSON;  // of <cjson/cJSON.h>
+struct cJSON;  // declared in <cjson/cJSON.h>
 
 /// Parses a zero-terminated text that is one value, of up to CJSON_NESTING_LIMIT levels. The caller
 /// frees it with cJSON_Delete. NULL: not well-formed, or out of memory.

@@ -102,7 +102,7 @@ void printable_print_json(FILE *file, const char *text) {
         if (bytes == 0) {
             fputc(*text, file);
         } else if (character < 0x20) {
-            fputc(' ', file);  // between values: strings contain none
+            fputc(' ', file);  // white space between values: strings contain none
         } else if (is_control(character)) {
             fprintf(file, "\\u%04x", (unsigned)character);
         } else {

@@ -9,7 +9,7 @@
 #include "core/invariant.h"
 #include "daemon/base/process.h"
 
-enum { SPINS_BEFORE_SLEEP = 4000 };  // about 20..50 us: longer than most gaps
+enum { SPINS_BEFORE_SLEEP = 4000 };  // takes about 20..50 us, which is longer than most gaps
 
 struct workers {
     struct parallel parallel;

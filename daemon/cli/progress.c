@@ -13,9 +13,9 @@
 
 enum {
     CELLS_MAX = 40,
-    FRAME = 9,        // around text and cells
+    FRAME = 9,        // columns of a bar besides its text and cells
     STAGE_TEXT = 14,  // the longest name of a stage
-    PARTS = 1000,     // of a whole run
+    PARTS = 1000,     // resolution of the bar of a whole run
     REDRAW_US = 100000,
 };
 

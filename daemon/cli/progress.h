@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-enum { SCREEN_COLUMNS = 80 };  ///< of a terminal whose size is unknown
+enum { SCREEN_COLUMNS = 80 };  ///< assumed width of a terminal whose size is unknown
 
 /// Current width in columns of the terminal `fd`; SCREEN_COLUMNS if unknown.
 size_t screen_columns(int fd);
@@ -31,9 +31,9 @@ void progress_erase(FILE *file, int width);
 /// A run, shown on standard error if that is a terminal. The bar never goes back.
 struct progress {
     bool shown;                              // standard error is a terminal and `quiet` was not set
-    int width;                               // of the bar to be erased; 0: none
-    const char *stage;                       // drawn last
-    uint64_t last_us;                        // when it was drawn last
+    int width;                               // width of the bar to be erased; 0: none
+    const char *stage;                       // stage of the bar drawn last
+    uint64_t last_us;                        // time at which the bar was drawn last
     double before[PROGRESS_STAGES_MAX + 1];  // work before each stage; the last: total work
     int stages;
     double done;  // share of the whole run, 0 to 1

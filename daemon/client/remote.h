@@ -28,10 +28,10 @@ struct remote {
     bool interactive;        ///< a user is there, who can end the wait for a silent peer
     const char *token_path;  ///< file of the token for TCP; NULL: the default file
     int bar_columns;         ///< width of the progress shown on standard error; 0: none
-    struct cJSON *answer;    ///< to the last remote_call; freed with the connection
-    bool interrupted;        ///< by Ctrl-C: the running command is cancelled, no new one starts
+    struct cJSON *answer;    ///< answer to the last remote_call; freed with the connection
+    bool interrupted;        ///< Ctrl-C was pressed: the command is cancelled, no new one starts
     bool refused;            ///< the instrument answered ERR to the last remote_call
-    bool over;               ///< after "quit": no more commands can be sent
+    bool over;               ///< "quit" was sent: no more commands can follow
     /// Another descriptor to watch while waiting for an answer, and its handler; -1, NULL: none.
     int extra_fd;
     void (*service)(struct remote *self);
@@ -55,7 +55,7 @@ typedef void remote_show(struct remote *self, void *cookie, const char *text);
 struct remote_written {
     char name[REMOTE_WRITTEN_BYTES];
     bool directory;
-    uint64_t files;  ///< of a directory
+    uint64_t files;  ///< number of files in the directory
     uint64_t bytes;
 };
 

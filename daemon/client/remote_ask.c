@@ -17,7 +17,7 @@
 
 enum {
     TRIES = 12,
-    SILENT_TRIES = 3,   ///< in a row without any data: the peer is gone
+    SILENT_TRIES = 3,   ///< attempts in a row without any data, after which the peer is gone
     SILENCE_MS = 3000,  ///< keepalives are more frequent
     CRC_DIGITS = 8,
     GARBAGE_BYTES = 4 * REMOTE_LINE_BYTES
@@ -42,10 +42,10 @@ struct answer {
     remote_show *show;
     void *cookie;
     char *text;     ///< REMOTE_LINE_BYTES: lines not yet verified
-    size_t length;  ///< of them
+    size_t length;  ///< length of `text`
     bool damaged;   ///< garbage arrived in this attempt
     bool ever_damaged;
-    bool rounds;  ///< of a watch have arrived
+    bool rounds;  ///< rounds of a watch have arrived
 };
 
 /// Makes the request line: over a serial line with a CRC and after a byte that ends any garbage.
@@ -282,7 +282,7 @@ static enum outcome repeat(struct answer *self, const char *request, bool may_re
         silent = remote->line.rx_bytes == before ? silent + 1 : 0;
         if (is_final(outcome, may_repeat)) {
             if (pending) {
-                (void)drain(remote);  // of two answers to one request the first one counts
+                (void)drain(remote);  // the first of two answers to one request counts
             }
             return outcome;
         }

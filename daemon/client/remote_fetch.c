@@ -27,11 +27,11 @@ enum { BLOCK_SERIAL = 1536, BLOCK_SOCKET = 49152, PATH_BYTES = 4096, NAME_BYTES 
 /// A file on its way.
 struct transfer {
     struct remote *remote;
-    const char *name;       // on the instrument
-    const char *local;      // here
-    char part[PATH_BYTES];  // where it is collected
+    const char *name;       // name of the file on the instrument
+    const char *local;      // path of the file here
+    char part[PATH_BYTES];  // path of the partial file
     int fd;
-    uint64_t have;  // bytes that an earlier attempt left in it
+    uint64_t have;  // bytes that an earlier attempt left in `part`
     uint64_t size;
     uint32_t crc;
     uint8_t data[BLOCK_SOCKET];

@@ -26,14 +26,14 @@ enum {
     SEND_TRIES = 2,
     NAME_BYTES = 256,
     NUMBERS_MAX = 1000,
-    MADE_FILES = 2  // by one command
+    MADE_FILES = 2  // maximum number of files that one command makes
 };
 
 /// A file being sent.
 struct sending {
     struct remote *remote;
-    const char *name;   // on the instrument
-    const char *local;  // here
+    const char *name;   // name of the file on the instrument
+    const char *local;  // path of the file here
     int fd;
     uint64_t size;
     uint32_t crc;
@@ -146,7 +146,7 @@ struct made {
     void *cookie;
     char name[MADE_FILES][NAME_BYTES];
     char local[MADE_FILES][NAME_BYTES + 8];
-    struct cJSON *answer;  // in JSON
+    struct cJSON *answer;  // the whole answer as parsed JSON
 };
 
 /// Members of the answer with their names.
@@ -265,7 +265,7 @@ static int show_error(struct remote *self, remote_show *show, void *cookie, int 
                       const struct message *message) {
     if (error == ERROR_REFUSED && self->refused && self->json) {
         char rejection[MESSAGE_BYTES + 8];
-        snprintf(rejection, sizeof rejection, "ERR %s", message->text);  // from the daemon
+        snprintf(rejection, sizeof rejection, "ERR %s", message->text);  // the daemon's message
         remote_show_rejection(self, show, cookie, rejection);
     } else if (self->json && error < 0) {
         remote_show_error(self, show, cookie, error, message->text);

@@ -24,7 +24,7 @@ struct remote_line {
     int fd;
     bool serial, tcp;
     bool script;         ///< standard input instead: the end of its last line may be missing
-    int errno_of_read;   ///< of a script that could not be read; 0: its end
+    int errno_of_read;   ///< errno of a failed read of a script; 0: end of the script
     uint64_t opened_us;  ///< monotonic: when opening began
     char *data;          ///< REMOTE_LINE_BYTES of it
     size_t used, filled;

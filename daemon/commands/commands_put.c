@@ -33,7 +33,7 @@ struct tftp_observer commands_observe_transfer(struct command_call *call) {
 /// What was written so far.
 struct put {
     struct command_call *call;
-    struct tftp_address to;  ///< without a name: that of the file here
+    struct tftp_address to;  ///< target; without a name, the file keeps its own
     unsigned files;
     uint64_t bytes;
 };

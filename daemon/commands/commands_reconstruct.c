@@ -31,7 +31,7 @@ struct surface {
     char out_path[ATOMIC_DIR_PATH_BYTES];
     char *stored;                    // the saved calibration; NULL: none, or not read
     struct session_pairs pairs;      // work space
-    struct captured_pair *captured;  // in memory; NULL: the pair is in a session
+    struct captured_pair *captured;  // the pair in memory; NULL: the pair is in a session
     struct reconstruct_session source;
     struct reconstruct_request request;
     struct reconstruct_job job;

@@ -41,7 +41,7 @@ struct receipt {
     int64_t size;
     uint32_t crc;
     char part[NAME_MAX_CHARACTERS + 48];
-    int fd;  ///< of the hidden file
+    int fd;  ///< descriptor of the hidden file
     int64_t have;
 };
 

@@ -50,9 +50,9 @@ struct beginning {
     const struct command_call *call;
     const struct command_value *name;
     const char *kind;
-    bool add;                              // to a session that exists
-    struct session_instrument instrument;  // of a session
-    struct captured_pair *captured;        // of a pair
+    bool add;                              // append to the session if it exists
+    struct session_instrument instrument;  // instrument of a new session
+    struct captured_pair *captured;        // captured pair to be stored; NULL: none
     int error;
 };
 

@@ -226,7 +226,7 @@ struct replacing {
     int from, to;
     const char *const *names;
     int count;
-    struct own_listing listing;  // of `to`
+    struct own_listing listing;  // files in the directory `to`
     const char *failed;
 };
 

@@ -18,10 +18,10 @@ extern "C" {
 #endif
 
 struct atomic_file {
-    int fd;                          // for writing
-    int directory;                   // that contains the name
-    bool opened;                     // for this file
-    const char *name;                // without its directories
+    int fd;                          // descriptor for writing
+    int directory;                   // directory that contains the file
+    bool opened;                     // `directory` was opened here and is closed at the end
+    const char *name;                // the file's name without its directories
     char temporary[OWN_NAME_BYTES];  // new, see own_remove.h
 };
 

@@ -136,7 +136,7 @@ int token_open(const char *path, char token[TOKEN_BYTES], struct message *messag
         return error;
     }
     if (!given) {
-        standard_paths_make_parent(chosen, 0700);  // if that fails, creating the file reports why
+        standard_paths_make_parent(chosen, 0700);  // a failure is reported by creating the file
     }
     return make_file(chosen, token, message);
 }

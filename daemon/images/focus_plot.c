@@ -9,7 +9,8 @@
 enum {
     WIDTH = 800,
     PANEL_HEIGHT = 300,
-    LEFT = 80,  // of the axes, within a panel
+    // Margins between the axes and the border of their panel.
+    LEFT = 80,
     RIGHT = 20,
     TOP = 50,
     BOTTOM = 50,
@@ -23,7 +24,7 @@ static const char *const leg_colours[FOCUS_LEGS] = {"#7f7f7f", "#1f77b4", "#2ca0
 struct panel {
     FILE *stream;
     const struct focus_plot *plot;
-    double top;  // of the panel
+    double top;  // upper edge of the panel in the drawing
     double x_min, x_max, y_max;
 };
 

@@ -13,7 +13,7 @@ extern "C" {
 
 /// The search of one lens.
 struct focus_plot {
-    const char *name;   ///< of the lens: "left"
+    const char *name;   ///< name of the lens: "left"
     const char *about;  ///< one line on how it was measured; may be empty
     const struct focus_search *search;
 };

@@ -25,16 +25,16 @@ enum image_bayer { IMAGE_BAYER_BY_FORMAT, IMAGE_BAYER_NONE, IMAGE_BAYER_GRBG };
 struct image_request {
     int bits;  // significant bits, 8..16; 0: as the file states
     enum image_bayer bayer;
-    int raw_width_px, raw_height_px;  // of headerless files; 0: the sensor's 2048x1536
-    double scale;                     // below 1: images larger than the core's maximum are shrunk
-    bool indices;                     // read a palette image as a grey image of its indices
+    int raw_width_px, raw_height_px;  // size of headerless images; 0: the sensor's 2048x1536
+    double scale;  // a scale below 1 shrinks images larger than the core's maximum
+    bool indices;  // read a palette image as a grey image of its indices
 };
 
 /// An image being read, and afterwards the image.
 struct image_file {
     struct raw_image image;             // no pixels before image_file_begin
     uint16_t *pixels;                   // those of `image`, for its readers
-    int file_width_px, file_height_px;  // as the image is shown, after turning
+    int file_width_px, file_height_px;  // size of the image as displayed, after turning
     int shrink;                         // integer factor, 1: not shrunk
     uint16_t brightest;                 // largest value seen in the file
     /// Position of the file's first row and column in the shown image, numbered as in EXIF and
@@ -43,11 +43,13 @@ struct image_file {
     /// it before image_file_begin.
     int orientation;
 
-    const char *path;  // for messages
+    const char *path;  // the file's name in messages
     const struct image_request *request;
     int channels, rows_done;
-    uint32_t *sums;            // sums of one row of blocks while shrinking
-    int skip_x_px, skip_y_px;  // in the file, so that the shown image is cut right and below
+    uint32_t *sums;  // sums of one row of blocks while shrinking
+    // Pixels to be skipped at the start of the file's rows and columns, so that the incomplete
+    // blocks are cut at the right and lower edge of the shown image.
+    int skip_x_px, skip_y_px;
 };
 
 struct image_format {

@@ -136,7 +136,7 @@ int image_pnm_parse(const unsigned char *data, size_t length, struct image_file 
         return message_set(message, ERROR_SYNTAX, "%s: invalid PNM header", file->path);
     }
     const int bits = bits_of_maxval(pnm.maxval);
-    if (is_truncated(&pnm, bits)) {  // before memory is allocated
+    if (is_truncated(&pnm, bits)) {  // checked before memory is allocated
         return message_set(message, ERROR_SYNTAX,
                            "%s: truncated: %dx%d pixels need more than %zu bytes", file->path,
                            pnm.width_px, pnm.height_px, length);

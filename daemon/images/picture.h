@@ -20,7 +20,7 @@ struct picture {
     uint8_t *pixels;
     int width_px, height_px;
     int channels;      ///< 1: grey; 3: red, green, blue
-    size_t row_bytes;  ///< from one row to the next
+    size_t row_bytes;  ///< distance from one row to the next
     const char *text;  ///< comment: printable ASCII and line feeds; NULL: none
     /// Red, green and blue of each value of a picture of one channel; NULL: grey.
     const uint8_t (*palette)[3];

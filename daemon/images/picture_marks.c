@@ -7,7 +7,7 @@
 
 enum {
     BLOCK_PX = 2,
-    SIGMAS = 5,  // of a difference: noise alone makes one mark in 2 million blocks
+    SIGMAS = 5,  // threshold of a difference: noise alone makes one mark in 2 million blocks
     DARK_SIGMAS = 2,
     STEEPNESS = 4,  // the step of an edge in focus is at least this part of the range
     // And this part of the value, as the sensitivities of the two greens differ.

@@ -21,13 +21,13 @@ struct connection {
     struct dispatch *dispatch;
     bool used;
     bool terminal;  ///< prompt, echo, line editing
-    bool program;   ///< after `@program`: a terminal used by a program, without all that
-    bool framed;    ///< after `@framed`: and its lines are only run with a correct CRC
+    bool program;   ///< a program uses the terminal (`@program`): no prompt, echo, editing
+    bool framed;    ///< a program's lines are run only with a correct CRC (`@framed`)
     bool lasting;   ///< the daemon's own terminal: reopened after its end
     int in_fd, out_fd;
     bool greeted;          ///< a valid line has been received; over TCP, the token
     const char *token;     ///< required in the first line; NULL: none
-    uint64_t begun_us;     ///< when a client that has not greeted yet connected
+    uint64_t begun_us;     ///< connection time of a client that has not greeted yet
     const char *hangs_up;  ///< why the daemon drops the client, for the log; NULL: it does not
     bool json, progress;   ///< enabled for all following lines
     bool ended;            ///< no more input: closed once everything is answered
@@ -35,9 +35,9 @@ struct connection {
     char input[CONNECTION_INPUT_BYTES];
     size_t input_bytes;
     bool skipping;        ///< dropping the rest of a line that was too long
-    uint64_t watch_us;    ///< when the next round of a watch is due
-    uint64_t life_us;     ///< when a heartbeat was last sent
-    uint64_t stalled_us;  ///< since when the client has not read; 0: it reads
+    uint64_t watch_us;    ///< time at which the next round of a watch is due
+    uint64_t life_us;     ///< time at which a heartbeat was last sent
+    uint64_t stalled_us;  ///< time since which the client has not read; 0: it reads
     struct output output;
     struct job job;
     struct editor editor;

@@ -59,13 +59,13 @@ struct job_watch {
 
 struct job {
     atomic_int state;       ///< enum job_state
-    atomic_bool cancelled;  ///< by the client
+    atomic_bool cancelled;  ///< the client has cancelled the command
     struct worker *worker;  ///< runs it
     struct output *output;
     bool terminal;
     struct request request;
     const struct command *command;
-    char line[COMMAND_LINE_MAX + 1];  ///< as entered
+    char line[COMMAND_LINE_MAX + 1];  ///< the command line as entered
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     struct job_watch watch;
@@ -96,7 +96,7 @@ struct worker {
     bool has_rig;  ///< services the rig and leaves it in its safe state
     int wake_fd;   ///< eventfd that wakes the event loop when a job is done
     struct reply reply;
-    uint64_t progress_us;  ///< when progress was last shown
+    uint64_t progress_us;  ///< time at which progress was last shown
     const char *progress_what;
 };
 
@@ -111,12 +111,12 @@ struct session {
 /// How well the saved calibration fits, for all threads: what the last pair that it was adjusted by
 /// showed, and what has happened since it was set.
 struct daemon_health {
-    _Atomic int64_t set_s;  ///< when, in seconds since 1970; 0: unknown
+    _Atomic int64_t set_s;  ///< time when the calibration was set, s since 1970; 0: unknown
     _Atomic uint32_t
-        moves;  ///< commands since then, or since the start, that moved pan, zoom, focus
+        moves;  ///< commands since `set_s`, or since the start, that moved pan, zoom, focus
     atomic_bool is_adjusted;
     _Atomic uint32_t rows_milli_px, depth_sigma_um, depth_um;
-    _Atomic(const char *) word;  ///< of adjust_health_text
+    _Atomic(const char *) word;  ///< verdict from adjust_health_text
 };
 
 /// Use static storage: it is large, and must not move.
@@ -130,11 +130,11 @@ struct daemon {
     const struct hal_watchdog *watchdog;           ///< already armed; NULL: none
     int files_fd;                                  ///< directory of files for clients; -1: not set
     struct rig rig;                                ///< the rig worker's thread only
-    const struct v4l2_camera *cameras[RIG_SIDES];  ///< behind the rig's ports; NULL: none
-    struct record record;            ///< in front of the rig's ports; records on request
-    struct disk_writer disk_writer;  ///< for the rig worker's thread only
+    const struct v4l2_camera *cameras[RIG_SIDES];  ///< cameras behind the rig's ports; NULL: none
+    struct record record;            ///< recorder in front of the rig's ports; records on request
+    struct disk_writer disk_writer;  ///< used by the rig worker's thread only
     struct session session;
-    struct last_pair last_pair;  ///< for `reconstruct`
+    struct last_pair last_pair;  ///< the pair that `reconstruct` uses
     struct daemon_health health;
     /// Stages of the last reconstruction, and the memory that each took; a name of NULL: none.
     struct {

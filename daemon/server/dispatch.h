@@ -10,7 +10,7 @@
 
 struct dispatch {
     struct daemon *daemon;
-    struct reply reply;  ///< for answers that no worker gives
+    struct reply reply;  ///< used for answers that do not come from a worker
 };
 
 /// Parses a command line into `job`, see command_parse.

@@ -15,7 +15,7 @@
 enum { LOG_RING_LINES = 256, LOG_RING_LINE_BYTES = 240 };
 
 struct log_ring_line {
-    int64_t time_us;  ///< since 1970
+    int64_t time_us;  ///< microseconds since 1970
     enum hal_log_level level;
     char text[LOG_RING_LINE_BYTES];
 };
@@ -29,7 +29,7 @@ struct log_ring {
     uint64_t lost;                  ///< lines overwritten before they were sent, not yet reported
     enum hal_log_level last_level;  ///< the last line, without the counts of repetitions
     char last[LOG_RING_LINE_BYTES];
-    uint64_t repeats;  ///< of it, not yet logged
+    uint64_t repeats;  ///< repetitions of `last` that are not yet logged
     int level;         ///< hal_log_level of the least important lines to keep
     int fd;
     const char *path;   ///< "": standard error

@@ -28,7 +28,7 @@ enum { REPLY_DEPTH_MAX = 8, REPLY_UNITS_BYTES = 2048, REPLY_PATH_BYTES = 160 };
 
 /// Each thread that answers has one and uses it for one answer after the other.
 struct reply {
-    struct command_reply items;  ///< for commands, which write to it
+    struct command_reply items;  ///< interface for commands, which write to it
     FILE *stream;                ///< writes to `output`
     struct output *output;
     struct request request;
@@ -36,7 +36,7 @@ struct reply {
     struct json json;
     bool begun;       ///< the result was begun
     int bar_columns;  ///< width of the bar on the terminal, to be erased; 0: none
-    uint32_t crc;     ///< of the line (text: of the answer) so far
+    uint32_t crc;     ///< CRC of the line (text: of the answer) so far
     int depth;
     bool array[REPLY_DEPTH_MAX + 1];    ///< the group is an array
     bool in_line[REPLY_DEPTH_MAX + 1];  ///< the group's items share one line of text

@@ -29,7 +29,7 @@ int calibration_at_refused(const char *name, int error, const struct calibration
 
 // Whether some combination of parameters would have a negative variance.
 static bool covariance_is_possible(const struct zoom_calibration *zoom, double *matrix) {
-    static const double rounding = 1e-6;  // of correlations
+    static const double rounding = 1e-6;  // tolerance of correlations for rounding errors
     const int n = zoom->parameters;
     for (int i = 0; i < n; i++) {
         const double *row = &zoom->covariance[i * (i + 1) / 2];

@@ -19,7 +19,7 @@ extern "C" {
 /// What a pair was taken with, or the current state of the instrument.
 struct calibration_match_state {
     struct calibration_origin origin;
-    int width_px[RIG_SIDES], height_px[RIG_SIDES];  // of the frames
+    int width_px[RIG_SIDES], height_px[RIG_SIDES];  // size of the frames
     struct session_instrument instrument;           // how far each axis repeats
 };
 

@@ -6,7 +6,7 @@
 
 #include "core/invariant.h"
 
-static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;  // for `pair` and `users`
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;  // guards `pair` and `users`
 
 void last_pair_give_back(struct captured_pair *pair) {
     if (pair == NULL) {

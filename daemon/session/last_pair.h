@@ -20,12 +20,12 @@ enum { CAPTURED_PAIR_NAME_BYTES = 201 };
 /// last pair.
 struct captured_pair {
     struct pair pair;                     ///< owns its images; `number`: in its session
-    char name[CAPTURED_PAIR_NAME_BYTES];  ///< of its session, or by the time of the capture
+    char name[CAPTURED_PAIR_NAME_BYTES];  ///< name of its session, or made from the time of capture
     bool in_session;                      ///< the session exists
-    char profile[SESSION_NAME_MAX + 1];   ///< of the instrument
+    char profile[SESSION_NAME_MAX + 1];   ///< profile of the instrument
     bool has_instrument;
     struct session_instrument instrument;
-    char calibration[CALIBRATION_TEXT_MAX_BYTES];  ///< in force, in its canonical text
+    char calibration[CALIBRATION_TEXT_MAX_BYTES];  ///< calibration in force, in its canonical text
     size_t calibration_length;                     ///< 0: none
     bool calibration_own;  ///< made for this pair by a zoom calibration: its session gets it
     unsigned users;        ///< used by last_pair.c

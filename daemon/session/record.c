@@ -340,7 +340,8 @@ int record_run(struct record *self, const struct command *command, const struct 
 }
 
 int record_idle(struct record *self, struct rig *rig) {
-    const struct record_part command = self->part;  // which may wait for the disk
+    // The command, which may be waiting for the disk.
+    const struct record_part command = self->part;
     INVARIANT(rig->ports.clock != NULL);
     begin_part(self, "");
     const int error = rig_idle(rig);

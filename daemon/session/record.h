@@ -41,7 +41,7 @@ struct record_camera {
 /// The clock as the instrument sees it.
 struct record_time {
     uint64_t us;
-    unsigned reads;  // since the last line of calls.log
+    unsigned reads;  // clock reads since the last line of calls.log
 };
 
 /// A command or an idling. It is held back until its first call, as it may never make one.
@@ -50,7 +50,7 @@ struct record_part {
     struct record_time begin;
     char command[SESSION_TEXT_MAX + 1];  // "": idling
     size_t bytes;
-    char lines[RECORD_HELD_BYTES];  // of calls.log
+    char lines[RECORD_HELD_BYTES];  // lines of calls.log that are held back with the command
 };
 
 /// The caller owns it and must not move it while its ports are in use. It is large.
@@ -72,18 +72,18 @@ struct record {
 
     struct session_writer *writer;  // NULL: not recording
     bool ending;                    // no more calls are recorded
-    bool out_of_memory;  // out of memory for a job; `memory_task` reports it to the disk writer
+    bool out_of_memory;  // no memory for a job: `memory_task` reports it to the disk writer
     struct disk_writer_task memory_task;
     int log;  // descriptor of calls.log
     uint64_t calls;
     struct record_time time;
     struct record_part part;
-    bool cancelled;  // the running command, and it is recorded
+    bool cancelled;  // the cancellation of the running command is recorded
     size_t filled;
     char buffer[RECORD_BUFFER_BYTES];  // not yet passed to the disk writer
 
     // Used by the disk writer, except `failed`, which is atomic and set after `last_error`.
-    uint32_t crc;               // of calls.log so far
+    uint32_t crc;               // CRC of calls.log so far
     int failed;                 // error that ended the recording; else 0
     struct message last_error;  // description of `failed`
 };

@@ -19,9 +19,9 @@ extern "C" {
 enum {
     SESSION_VERSION = 5,  // 2: the instrument, image statistics; 3: units of settings; 4: stamped
                           // calls; 5: means of lens positions
-    SESSION_LINE_MAX = 4096,  // of the index, without its end
-    SESSION_TEXT_MAX = 1024,  // of a command or a note, without its end
-    SESSION_NAME_MAX = 64,    // of a file, a profile, a build
+    SESSION_LINE_MAX = 4096,  // maximum length of a line of the index, without its end
+    SESSION_TEXT_MAX = 1024,  // maximum length of a command or a note, without its end
+    SESSION_NAME_MAX = 64,    // maximum length of the name of a file, a profile or a build
     SESSION_REGISTERS_MAX = 256,
     SESSION_CRC_DIGITS = 8,
 };
@@ -29,10 +29,10 @@ enum {
 enum session_event_kind {
     SESSION_BEGIN,        // the build that recorded it: always the first
     SESSION_INSTRUMENT,   // the instrument that took the frames
-    SESSION_CALIBRATION,  // in force from here on
-    SESSION_SETTING,      // of the instrument, that differs from its profile
+    SESSION_CALIBRATION,  // the calibration in force from here on
+    SESSION_SETTING,      // a setting of the instrument that differs from its profile
     SESSION_COMMAND,      // a command that a user gave
-    SESSION_REGISTERS,    // of a part, read one after the other
+    SESSION_REGISTERS,    // the registers of a part, read one after the other
     SESSION_PAIR,
     SESSION_END,  // closed properly; a session without it was cut off
     SESSION_EVENT_KINDS

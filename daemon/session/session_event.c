@@ -31,15 +31,15 @@ unsigned session_frame_value_bytes(const struct raw_image *image) {
 // ---- the fields of each event
 
 enum field_type {
-    TEXT,      // of `bytes` - 1 at most
+    TEXT,      // text of up to `bytes` - 1 characters
     NUMBER,    // `min` .. `max`
     SIGNED,    // -`max` .. `max`
     POSITION,  // a struct lens_mean: -`max` .. `max`
     HEX,       // `min` digits at least
     CHOICE,    // one of `choices`, `max` is the last
     FRAME,     // the fields of a frame, with `key` before each key
-    VALUES,    // of registers
-    PARTS,     // that a frame was merged from
+    VALUES,    // register values
+    PARTS,     // exposures that a frame was merged from
 };
 
 /// One value of a line: a member of an event, or of a frame.

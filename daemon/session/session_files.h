@@ -13,8 +13,8 @@ extern "C" {
 #endif
 
 struct session_files {
-    int directory;  // of the session
-    uint32_t *crc;  // of the frames and calibrations that the index names; allocated
+    int directory;  // descriptor of the session's directory
+    uint32_t *crc;  // CRCs of the frames and calibrations that the index names; allocated
     size_t count;
 };
 

@@ -122,7 +122,7 @@ struct reading {
     struct session_pairs pairs;
     struct session_pair_files files;
     char profile[SESSION_NAME_MAX + 1];
-    uint16_t pan_q4[RIG_SIDES];  // of the last pair
+    uint16_t pan_q4[RIG_SIDES];  // servo pulses of the last pair
 };
 
 /// What is known of a pair besides its files.

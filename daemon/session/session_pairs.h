@@ -37,7 +37,7 @@ struct session_pairs {
     struct session_event pair;  // the last pair; its frames are not checked
     bool has_calibration;       // whether one was in force at that pair
     uint32_t calibration_crc;
-    uint32_t board_position;  // of a calibration board, see SESSION_BOARD_POSITION; 0: none
+    uint32_t board_position;  // board's position, see SESSION_BOARD_POSITION; 0: none
     struct session_corner_noise corner_noise;
     bool has_instrument;  // the session records the instrument
     struct session_instrument instrument;
@@ -66,10 +66,10 @@ struct session_pair_files {
     bool mosaic;                               // the frames are raw mosaics: rows of G R and of B G
     struct calibration_match_state state;      // what they were taken with
     const struct pair *pair;                   // its images have no pixels
-    uint32_t number;                           // of the pair, from 1
+    uint32_t number;                           // number of the pair, from 1
     uint32_t board_position;                   // 0: none was recorded
-    struct session_corner_noise corner_noise;  // as last measured before the pair
-    uint32_t pan_visit;  // from 1: grows whenever a camera was turned since the last pair
+    struct session_corner_noise corner_noise;  // last measurement before the pair
+    uint32_t pan_visit;  // counts from 1: grows whenever a camera was turned since the last pair
 };
 
 /// Whether `path` is a directory with a session in it, intact or damaged.

@@ -18,7 +18,7 @@ extern "C" {
 enum { SESSION_READ_PATH_BYTES = 4096, SESSION_READ_INDEX_MAX_BYTES = 64 << 20 };
 
 struct session_reader {
-    char path[SESSION_READ_PATH_BYTES];  // for messages
+    char path[SESSION_READ_PATH_BYTES];  // path of the session, for messages
     int directory;                       // descriptor; -1: closed
     char *text;                          // contents of the index; allocated
     size_t length, at;

@@ -23,17 +23,17 @@ extern "C" {
 enum {
     SESSION_WRITE_PATH_BYTES = 4096,
     SESSION_WRITE_BUFFER_BYTES = 65536,
-    SESSION_FILE_MODE = 0640  ///< of all files of a session; the directory has 0750
+    SESSION_FILE_MODE = 0640  ///< mode of all files of a session; the directory has 0750
 };
 
 struct session_writer {
     char path[SESSION_WRITE_PATH_BYTES];
     int directory, index;  // descriptors; -1: closed
-    uint32_t crc;          // of all of the index so far
+    uint32_t crc;          // CRC of the whole index so far
     int64_t good_bytes;    // valid length of the index; an incomplete line may follow
     uint32_t pairs;        // pairs written
     bool made;             // the directory was created, too
-    bool resumed;          // the session existed, up to here:
+    bool resumed;          // the session existed, with an index of this CRC and length:
     uint32_t resumed_crc;
     int64_t resumed_bytes;
     /// Limit for the frames yet to be written, set after session_writer_begin, which sets none.

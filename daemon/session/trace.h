@@ -37,7 +37,7 @@ extern "C" {
 #define TRACE_CANCEL "cancel"  // the running command is cancelled
 
 // Calls and their arguments, as formats of printf.
-#define TRACE_CLOCK_WAIT "clock wait %" PRIu64                  // until
+#define TRACE_CLOCK_WAIT "clock wait %" PRIu64                  // time at which the wait ends
 #define TRACE_I2C_TRANSFER "i2c transfer %" PRIu64 "%s"         // deadline, trace_i2c
 #define TRACE_I2C_LINES "i2c lines %u"                          // pulled
 #define TRACE_UART_WRITE "uart write %" PRIu64 " %s"            // deadline, trace_put_bytes
@@ -53,7 +53,7 @@ extern "C" {
 
 enum {
     TRACE_LINE_MAX = 8192,
-    TRACE_BYTES_MAX = 2048,  // of a serial line, in one call
+    TRACE_BYTES_MAX = 2048,  // maximum number of bytes of a serial line in one call
 };
 
 /// Prints the messages of a transfer, each with a blank before it, into TRACE_LINE_MAX + 1 bytes.

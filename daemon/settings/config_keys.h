@@ -16,10 +16,10 @@ extern "C" {
 #endif
 
 enum {
-    CONFIG_KEYS_MAX = 128,                        ///< more than there are
-    CONFIG_CALLED_BYTES = 64,                     ///< of a name, also an old one
-    CONFIG_VALUE_BYTES = CONFIG_TEXT_BYTES + 16,  ///< of a printed value
-    CONFIG_LINE_BYTES = 512,                      ///< of an argument; lines of files are shorter
+    CONFIG_KEYS_MAX = 128,                        ///< more than the number of keys
+    CONFIG_CALLED_BYTES = 64,                     ///< size of a buffer for a name, also an old one
+    CONFIG_VALUE_BYTES = CONFIG_TEXT_BYTES + 16,  ///< size of a buffer for a printed value
+    CONFIG_LINE_BYTES = 512,  ///< size of a buffer for an argument; lines of files are shorter
     CONFIG_HELP_BYTES = 1024
 };
 
@@ -30,9 +30,9 @@ enum {
 
 enum config_kind {
     CONFIG_PROFILE,  ///< a name of rig_profile_named, or a file; sets all keys of CONFIG_RIG
-    CONFIG_NAME,     ///< of an instrument: up to `bytes` - 1 letters, digits, - _ and .
+    CONFIG_NAME,     ///< an instrument's name: up to `bytes` - 1 letters, digits, - _ and .
     CONFIG_BACKEND,  ///< "linux", "sim ADDRESS", "replay DIRECTORY"
-    CONFIG_TEXT,     ///< up to `bytes` - 1 characters, CONFIG_TEXT_BYTES - 1 at most; "none" is ""
+    CONFIG_TEXT,     ///< a text, up to `bytes` - 1 characters (< CONFIG_TEXT_BYTES); "none" is ""
     CONFIG_LENSES,   ///< the name of a lens driver, or RIG_LENSES_FIXED
     CONFIG_CHOICE,   ///< a word of `choices`; stores its index, plus `min`
     CONFIG_NUMBER,   ///< a `quantity`; an integer of `bytes` bytes, signed when `min` < 0
@@ -41,10 +41,10 @@ enum config_kind {
 struct config_key {
     const char *name;
     enum config_kind kind;
-    size_t offset;  ///< in struct config
+    size_t offset;  ///< offset of the value in struct config
     size_t bytes;
     size_t repeat;     ///< distance to the same field of the next lens axis; 0: it is one field
-    int64_t min, max;  ///< of the integer
+    int64_t min, max;  ///< range of the integer
     enum quantity quantity;
     bool was_bare;  ///< older versions wrote the integer, in decimal and without a unit
     const char *choices;
@@ -83,8 +83,8 @@ extern const char config_summary[], config_rig_summary[];
 /// A line or an argument that sets a key.
 struct config_line {
     const char *file;  ///< its name in messages; NULL: an argument
-    int number;        ///< from 1; 0: nothing sets the key
-    bool old;          ///< in the notation of older versions
+    int number;        ///< line number, from 1; 0: nothing sets the key
+    bool old;          ///< the line is in the notation of older versions
     char called[CONFIG_CALLED_BYTES];
     char value[CONFIG_LINE_BYTES];
 };

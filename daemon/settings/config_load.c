@@ -17,7 +17,7 @@ enum { FILE_BYTES_MAX = 65536 };
 /// A reading of settings or of a profile.
 struct loading {
     struct config *config;
-    struct config_line *lines;  ///< for each key; an argument replaces the line of a file
+    struct config_line *lines;  ///< one entry for each key; an argument replaces the line of a file
     const char *file;           ///< its name in messages; NULL: a command line
     bool in_profile, opens_files;
     struct config_old_lines *old;  ///< NULL: not counted

@@ -18,7 +18,7 @@ extern "C" {
 enum {
     CONFIG_TEXT_BYTES = 256,
     CONFIG_NO_LINE = -1,
-    CONFIG_SOCKET_BYTES = 104,  ///< of a socket's path, with its end; Linux takes 108, less ".new"
+    CONFIG_SOCKET_BYTES = 104,  ///< size of a path with its end; Linux takes 108, less ".new"
     CONFIG_NETWORK_BYTES = 20,  ///< "255.255.255.255/32"
     CONFIG_SLOT_BYTES = 64,
     CONFIG_CLIENTS_MAX = 32,
@@ -42,12 +42,13 @@ struct config {
     char camera[RIG_SIDES][CONFIG_TEXT_BYTES];
     char lens_uart[CONFIG_TEXT_BYTES];
     char gpio_chip[CONFIG_TEXT_BYTES];
-    int32_t reset_line, irq_line, lens_power_line, trigger_line;  ///< of that chip; CONFIG_NO_LINE
+    /// Line numbers of `gpio_chip`, or CONFIG_NO_LINE.
+    int32_t reset_line, irq_line, lens_power_line, trigger_line;
     bool reset_active_low, irq_active_low, lens_power_active_low, trigger_active_low;
 
     char socket[CONFIG_SOCKET_BYTES];
     uint16_t tcp_port;                       ///< 0: off
-    char tcp_network[CONFIG_NETWORK_BYTES];  ///< of its clients, "192.0.2.0/24"; "": this machine
+    char tcp_network[CONFIG_NETWORK_BYTES];  ///< allowed clients, "192.0.2.0/24"; "": this machine
     char tcp_token[CONFIG_TEXT_BYTES];       ///< file; "": the default one of daemon/files/token.h
     char console[CONFIG_TEXT_BYTES];         ///< a terminal's device, or "stdio"
     uint32_t console_baud;
@@ -57,7 +58,7 @@ struct config {
     char files[CONFIG_TEXT_BYTES], store[CONFIG_TEXT_BYTES];
     uint32_t files_limit_mb;  ///< 0: none
     bool restore;
-    char board[CONFIG_SLOT_BYTES];  ///< for which an image must be made
+    char board[CONFIG_SLOT_BYTES];  ///< board that an image must be made for
     char image_slot[CONFIG_SLOT_BYTES], image_slot_2[CONFIG_SLOT_BYTES];  ///< names of partitions
     char log_file[CONFIG_TEXT_BYTES];
     int log_level;                     ///< enum hal_log_level

@@ -35,8 +35,8 @@ struct fault_plan_effect {
 
 struct fault_plan_rule {
     char part[FAULT_PLAN_NAME_BYTES], operation[FAULT_PLAN_NAME_BYTES];
-    uint32_t first;      ///< from 1; 0: by probability
-    bool for_ever;       ///< also all calls after the first
+    uint32_t first;      ///< number of the first call that fails, from 1; 0: calls fail at random
+    bool for_ever;       ///< all later calls fail, too
     uint32_t threshold;  ///< the call fails if the random number is below this
     uint32_t seen;
     struct fault_plan_effect effect;

@@ -13,7 +13,7 @@ enum { KEY_BYTES = 256 };
 
 struct reading {
     const char *at, *end;
-    int line;  ///< that libinih got last, from 1
+    int line;  ///< line that libinih read last, from 1
     ini_text_set *set;
     void *cookie;
     struct message *message;

@@ -18,7 +18,7 @@ enum { DECIMALS_MAX = 6 };
 
 static const struct {
     const char *unit;
-    double steps;  ///< of the integer, in one unit
+    double steps;  ///< steps of the integer in one unit
     bool rounds;   ///< a value between two steps becomes the nearest
 } quantities[QUANTITIES] = {
     [QUANTITY_NUMBER] = {"", 1, false},
@@ -45,7 +45,7 @@ static const struct {
 };
 
 static bool is_whole(double steps) {
-    const double tolerance = 1e-7;  // of the decimal fractions, which are inexact
+    const double tolerance = 1e-7;  // rounding error of decimal fractions, which are inexact
     return fabs(steps - round(steps)) < tolerance;
 }
 

@@ -40,8 +40,8 @@ enum quantity {
 };
 
 enum {
-    QUANTITY_BYTES = 48,         ///< of a number with its unit, with its end
-    QUANTITY_RANGE_BYTES = 128,  ///< of a range
+    QUANTITY_BYTES = 48,         ///< size of a buffer for a number with its unit, with its end
+    QUANTITY_RANGE_BYTES = 128,  ///< size of a buffer for a range
 };
 
 /// Reads all of `text`: a number, then the unit or another of the same kind, with or without a

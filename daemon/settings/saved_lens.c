@@ -9,8 +9,8 @@
 #define OBJECT_KEY "object"
 
 static const struct {
-    const char *key;     ///< in the text
-    const char *option;  ///< of the command lens
+    const char *key;     ///< key in the text of the settings
+    const char *option;  ///< option of the command lens
     enum lens_table_kind kind;
 } tables[] = {{"zoom_to_focus", "focus", LENS_TABLE_FOCUS},
               {"iris_to_f_number", "iris", LENS_TABLE_IRIS}};

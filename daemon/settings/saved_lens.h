@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 enum {
-    SAVED_LENS_LINE_BYTES = 513,  ///< of a command, with its end
+    SAVED_LENS_LINE_BYTES = 513,  ///< size of a buffer for a command, with its end
     SAVED_LENS_LINES = 5,
 };
 

@@ -18,7 +18,7 @@
 enum {
     VERSION_BARE = 1,    // lines `KEY VALUE` with the integers of the firmware
     VERSION_BLANKS = 2,  // lines `KEY VALUE`
-    VERSION_INI = 3,     // without tables of the lenses
+    VERSION_INI = 3,     // no tables of the lenses yet
     VERSION = 4,
     NOT_KEPT = INT32_MIN,
     SIZE_MIN_PX = 16,
@@ -31,7 +31,7 @@ enum {
 static const struct {
     const char *name;
     enum quantity quantity;
-    const char *bare_name;  ///< in VERSION_BARE
+    const char *bare_name;  ///< name in files of VERSION_BARE
     int32_t min, max;
 } values[SAVED_VALUES] = {
     [SAVED_EXPOSURE_US] = {"exposure", QUANTITY_US, "exposure_us", 1, RIG_EXPOSURE_MAX_US},

@@ -17,7 +17,7 @@ enum { CALIBRATION_LOADER_FORMAT_BYTES = 32 };
 struct calibration_request {
     const char *path;                     // a file, or a directory with a pair of files
     int image_width_px, image_height_px;  // size of the images; 0: unknown
-    const char *unit;  // of lengths in files that state none: "mm", "cm", "m"; or NULL
+    const char *unit;  // unit of lengths in files that state none: "mm", "cm", "m"; or NULL
     bool rectified;    // the images are already rectified: use the file's rectified cameras
     int first_camera;  // number of the left camera in files of several pairs; -1: the default
 };

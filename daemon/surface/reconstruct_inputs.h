@@ -15,8 +15,8 @@ extern "C" {
 
 struct reconstruct_inputs {
     struct image_file left, right;
-    struct calibration calibration;  // of the images as they are in memory
-    const char *calibration_path;    // for people; NULL: assumed
+    struct calibration calibration;  // calibration of the images as they are in memory
+    const char *calibration_path;    // path as displayed to users; NULL: assumed
     char calibration_format[CALIBRATION_LOADER_FORMAT_BYTES];
     bool metric;
 };

@@ -278,7 +278,7 @@ static void estimate_work(const struct raw_image *raw, const struct rectify_plan
     // The greedy path is single-threaded.
     const int matching = options->preset == MATCH_PRESET_PAPER ? 1 : threads;
     work_ns[RECONSTRUCT_PLAN] = 0;
-    work_ns[RECONSTRUCT_DEVELOP] = 0;  // while rectifying
+    work_ns[RECONSTRUCT_DEVELOP] = 0;  // included in the work of rectification
     work_ns[RECONSTRUCT_RECTIFY] = (develop_ns * raw_pixels + rectify_ns * pixels) / threads;
     work_ns[RECONSTRUCT_MATCH] = match_cell_ns * cells / matching;
     work_ns[RECONSTRUCT_REFINE] = options->refine ? refine_ns * pixels / threads : 0;

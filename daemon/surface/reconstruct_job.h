@@ -33,8 +33,8 @@ struct reconstruct_job {
     int files;
     uint64_t files_limit_bytes;
 
-    struct reconstruct_context context;  // after a run: everything about it
-    struct message message;              // after a failed run: the reason
+    struct reconstruct_context context;  // everything about the run, valid after it
+    struct message message;              // reason of a failed run
 
     struct reconstruct_inputs inputs;
     struct reconstruct_options options;

@@ -14,16 +14,16 @@ extern "C" {
 struct reconstruct_request {
     const char *left_path, *right_path;
     const char *session_path;  // a session directory instead; NULL: not given
-    int pair;                  // of the session, from 1; 0: not given
+    int pair;                  // number of the pair in the session, from 1; 0: not given
     int with_pair;             // pair at another zoom; 0: not given
     const char *calibration_path, *out_path;
-    double depth_mm[2];  // near, far; 0 0: not given
+    double depth_mm[2];  // nearest and farthest depth; 0 0: not given
     int disparity[2];    // minimum, count; count 0: not given
     int region_px[4];    // x, y, width, height; width -1: not given
     double scale;
     int threads;  // 0: all processors
     bool rectified;
-    double focal_px, baseline_mm;  // of a rectified pair without calibration; 0: not given
+    double focal_px, baseline_mm;  // values of a rectified pair without calibration; 0: not given
     int unit;                      // index into "mm cm m"; -1: not given
     int first_camera;              // -1: not given
     int bayer;                     // index into "none grbg"; -1: not given
@@ -33,10 +33,10 @@ struct reconstruct_request {
     bool no_refine, keep_all, fill;
     bool accept_mismatch;  // accept a calibration of other axes or cameras
     int speckle_px;        // -1: not given
-    int triangles;         // maximum, of the mesh files; 0: not given
+    int triangles;         // maximum number in the mesh files; 0: not given
     double error_mm;       // allowed distance of the mesh from the points; 0: not given
-    bool compress;         // of mesh.glb
-    int mesh_unit;         // of mesh.ply and points.pcd, an enum reconstruct_unit; -1: not given
+    bool compress;         // mesh.glb is compressed
+    int mesh_unit;         // unit of mesh.ply and points.pcd (reconstruct_unit); -1: not given
     const char *files;     // results to write, separated by commas; NULL: all
     const char *ground_truth_path, *mask_path;
     double ground_truth_scale;  // 0: not given

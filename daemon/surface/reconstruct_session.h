@@ -22,9 +22,9 @@ enum { RECONSTRUCT_SESSION_NAME_BYTES = 300 };
 /// The `self` of reconstruct_session_read. Large: static or allocated.
 struct reconstruct_session {
     // Set by the caller:
-    int parent;        // as for session_reader_open
+    int parent;        // directory descriptor, as for session_reader_open
     const char *path;  // path of the session
-    uint32_t number;   // of the pair, from 1; 0: the last
+    uint32_t number;   // number of the pair, from 1; 0: the last
     /// A pair in memory, to be used in place of one in the session `path`; it must stay until the
     /// inputs are freed. NULL: none.
     const struct captured_pair *captured;
@@ -37,11 +37,11 @@ struct reconstruct_session {
 
     // After a read:
     bool own;       // the calibration is the session's own
-    bool cut;       // cut to the part of the sensor that the frames show
+    bool cut;       // the calibration was cut to the part of the sensor that the frames show
     bool adjusted;  // `calibration` was corrected by what the frames show
     struct calibration calibration;
     // Only during a read:
-    struct zoom_calibration *zoom;  // where the calibration comes from; NULL: none
+    struct zoom_calibration *zoom;  // zoom calibration that yields the calibration; NULL: none
     struct pair with_pair;          // the pair at another zoom
 
     struct captured_pair pair;                   // what was read; the images went to the inputs

@@ -39,10 +39,10 @@ struct bytes {
 struct reader {
     struct bytes structure, strings;
     size_t at;
-    unsigned depth;  ///< of the current node
+    unsigned depth;  ///< depth of the current node
     bool in_images, in_configurations;
     char part[NAME_BYTES];
-    struct bytes data, algorithm, value;  ///< of the current part and sum
+    struct bytes data, algorithm, value;  ///< properties of the current part and sum
     bool summed;                          ///< the current part has a SHA-256 sum
     uint8_t expected[SHA256_BYTES];
     bool dated;

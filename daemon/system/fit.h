@@ -18,8 +18,8 @@ extern "C" {
 enum { FIT_BOARD_BYTES = 64, FIT_HEADER_BYTES = 40, FIT_TIME_BYTES = 32 };
 
 struct fit {
-    size_t bytes;        ///< of the whole image
-    uint32_t timestamp;  ///< when it was made, in s since 1970
+    size_t bytes;        ///< size of the whole image
+    uint32_t timestamp;  ///< time at which the image was made, in s since 1970
     char board[FIT_BOARD_BYTES];
     unsigned parts;
 };

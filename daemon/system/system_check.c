@@ -31,7 +31,7 @@ struct row {
     char name[NAME_BYTES];
     const char *purpose;
     const char *advice;
-    bool needed;  ///< by these settings
+    bool needed;  ///< these settings need it
     bool there;
     char found[FOUND_BYTES];
 };

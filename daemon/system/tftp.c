@@ -31,8 +31,8 @@ enum {
     NOT_WANTED = 0,  ///< codes of FAILED
     UNKNOWN_SENDER = 5,
     HEADER_BYTES = 4,
-    BLOCK_BYTES = 512,       ///< without the option
-    BLOCK_BYTES_MIN = 8,     ///< of the option
+    BLOCK_BYTES = 512,       ///< size of a block unless the option blksize sets another
+    BLOCK_BYTES_MIN = 8,     ///< smallest value of the option blksize
     BLOCK_BYTES_MAX = 1428,  ///< BLOCK_TEXT; with all headers less than a packet of Ethernet
     TRIES = 6,
     WAIT_MS = 1000,

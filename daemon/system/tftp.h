@@ -19,7 +19,7 @@ enum { TFTP_NAME_BYTES = 256 };
 
 /// A file of a server: tftp:HOST/NAME, or tftp:HOST:PORT/NAME. HOST is an IPv4 address.
 struct tftp_address {
-    uint32_t host;  ///< in network order, as the port
+    uint32_t host;  ///< address in network byte order, as is `port`
     uint16_t port;
     char name[TFTP_NAME_BYTES];  ///< "": none
     char text[TFTP_NAME_BYTES];  ///< all of it, for messages

@@ -39,7 +39,7 @@ struct command_candidates {
     const char *begun;         ///< the prefix typed so far; other words are ignored
     const char *const *words;  ///< the words before it, from the command's name on
     size_t count;
-    const void *context;  ///< as in struct command_call
+    const void *context;  ///< the same as in struct command_call
     /// Adds a word, which is copied.
     void (*add)(void *self, const char *word);
     void *self;
@@ -51,16 +51,16 @@ struct command_candidates {
 struct command_argument {
     const char *name;
     enum command_kind kind;
-    size_t offset;           ///< of an option's value in the command's own struct: command_store
-    const char *value_name;  ///< of an option, as help shows it, "X,Y,W,H"; NULL: not shown
+    size_t offset;  ///< position of an option's value in the command's own struct: command_store
+    const char *value_name;  ///< an option's value as help shows it, "X,Y,W,H"; NULL: not shown
     const char *help;
-    double min, max;      ///< of a number; for a text, limits of its length (0, 0: not empty)
-    int count;            ///< numbers in one value; 0 means 1
-    char separator;       ///< between them
+    double min, max;  ///< limits of a number; for a text, limits of its length (0, 0: not empty)
+    int count;        ///< numbers in one value; 0 means 1
+    char separator;   ///< character between the numbers of one value
     const char *choices;  ///< words separated by one blank; of a number, words in place of one;
                           ///< NULL: none
     const char *unit;     ///< NULL: none
-    bool optional;        ///< of an operand
+    bool optional;        ///< an operand that may be omitted
     /// Adds the values that exist; NULL: they are not known.
     void (*candidates)(const struct command_candidates *to);
     /// Of a number: `unit` and others that it may be in, "counts x mm"; "f/" precedes its number.
@@ -79,7 +79,7 @@ struct command_value {
     int64_t integer;  ///< `number` as an integer
     int choice;       ///< index of the word; of a flag 0 (no) or 1 (yes); -1: a number
     int unit;         ///< index in `units`; 0 is `unit`
-    bool stated;      ///< of a number: it was typed with its unit
+    bool stated;      ///< the number was typed with its unit
     const char *text;
 };
 
@@ -145,7 +145,7 @@ enum {
     /// Touches the rig through other commands only, or never while it is recorded, so recordings
     /// leave it out.
     COMMAND_UNRECORDED = 16,
-    COMMAND_DAILY = 32,  ///< among the first that help lists
+    COMMAND_DAILY = 32,  ///< help lists it among the first commands
     // The groups of help.
     COMMAND_GROUP_SERVICE = 0,
     COMMAND_GROUP_LOOK = 1 << 8,

@@ -95,7 +95,7 @@ static bool is_digit(char c) {
 /// A decimal number while its characters are read.
 struct decimal {
     int64_t scaled;
-    int digits, decimals, tens;  ///< that count; after the point; to multiply by
+    int digits, decimals, tens;  ///< digits that count; digits after the point; tens to multiply by
     bool point;
 };
 

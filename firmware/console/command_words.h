@@ -39,10 +39,11 @@ bool command_words_integer(const char *word, int64_t *value);
 
 /// A number with a unit, as it was read.
 struct command_number {
-    double value;    ///< in the unit `unit`
-    int unit;        ///< index in the list of those accepted
-    bool stated;     ///< with its unit
-    bool converted;  ///< from another unit, or a fraction: decimals may be those of the conversion
+    double value;  ///< number in the unit `unit`
+    int unit;      ///< index in the list of those accepted
+    bool stated;   ///< the number was typed with its unit
+    /// It was a fraction or in another unit: decimals may be those of the conversion.
+    bool converted;
 };
 
 enum command_quantity {

@@ -130,7 +130,7 @@ int commands_region(const struct command_call *call, const struct command_value 
             command_text_add(&sentence, " px)");
             return ERROR_RANGE;
         }
-        parts[i] = (uint16_t)(number / 2) * 2;  // of whole groups of the colour filter
+        parts[i] = (uint16_t)(number / 2) * 2;  // even: whole groups of the colour filter
     }
     *region_px = (struct rig_rectangle){parts[0], parts[1], parts[2], parts[3]};
     return ERROR_OK;

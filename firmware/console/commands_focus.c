@@ -19,7 +19,7 @@ enum {
     AUTOFOCUS_WHOLE,
     AUTOFOCUS_CURVE
 };
-enum { FOCUS_POSITION, FOCUS_SIDE };  // of `focus`
+enum { FOCUS_POSITION, FOCUS_SIDE };  // arguments of the command `focus`
 enum { ADVICE_BYTES = 256 };
 
 // Farther away, a count of the ring or of its data sheet is much of the distance.

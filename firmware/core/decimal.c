@@ -43,7 +43,8 @@ int decimal_parse(const char *text, size_t length, int decimals, int64_t *scaled
     INVARIANT(decimals >= 0 && decimals <= DECIMAL_MAX_DECIMALS);
     const bool negative = length > 0 && text[0] == '-';
     const size_t begin = negative ? 1 : 0;
-    const size_t fraction = decimals > 0 ? (size_t)decimals + 1 : 0;  // with its point
+    // Characters of the fraction and its point.
+    const size_t fraction = decimals > 0 ? (size_t)decimals + 1 : 0;
     if (length < begin + 1 + fraction) {
         return ERROR_SYNTAX;
     }

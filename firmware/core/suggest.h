@@ -13,7 +13,7 @@ enum { SUGGEST_WORD_MAX = 32, SUGGEST_TEXT_BYTES = SUGGEST_WORD_MAX + 24 };
 
 struct suggest {
     const char *typed;
-    const char *prefix;  ///< of the word that is proposed, such as "--"; not compared
+    const char *prefix;  ///< prefix of the proposed word, such as "--"; not compared
     int distance;
     char text[SUGGEST_TEXT_BYTES];  ///< ` (did you mean "zoom"?)`; "": no word is similar
 };

@@ -38,7 +38,7 @@ struct fpga_bridge_counts {
     uint32_t verify;        ///< a word did not read back as written
     uint32_t doubts;        ///< reads that the bridge may have left; repeated
     uint32_t repeats;       ///< attempts after the first
-    uint32_t recoveries;    ///< of the bus
+    uint32_t recoveries;    ///< attempts to recover the bus
     uint32_t unrecovered;   ///< recoveries that failed
     uint32_t refused;       ///< words that the bridge rejected
     uint32_t other_errors;  ///< errors of the backend

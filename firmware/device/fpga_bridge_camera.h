@@ -17,16 +17,16 @@ enum { FPGA_BRIDGE_CAMERAS = 2 };
 /// short_frames, lost, frame_valid and cut: these may already include an error of the next frame.
 struct fpga_bridge_camera {
     uint16_t frames;        ///< frames seen; wraps
-    uint16_t lines;         ///< of the last frame
-    uint16_t pixels;        ///< of its first line
+    uint16_t lines;         ///< number of lines in the last frame
+    uint16_t pixels;        ///< number of pixels in the first line of the last frame
     uint16_t period_10us;   ///< frame start to frame start
     uint16_t pixclk_khz;    ///< measured
     uint16_t short_lines;   ///< lines of a wrong length; saturates at 8 bits
     uint16_t short_frames;  ///< frames of a wrong height; saturates at 8 bits
     bool lost;              ///< no pixel clock
     bool frame_valid;       ///< a frame is under way
-    bool short_line;        ///< in the last frame
-    bool short_frame;       ///< the last frame was
+    bool short_line;        ///< the last frame has a line of a wrong length
+    bool short_frame;       ///< the last frame has a wrong height
     bool cut;               ///< a frame was cut by a forced switch
 };
 
@@ -45,7 +45,7 @@ struct fpga_bridge_pattern {
     uint16_t hblank;  ///< pixel clocks, a multiple of 4
     uint16_t vblank;  ///< lines
     uint16_t kind;    ///< BRIDGE_PATTERN_KIND_IS_*
-    uint16_t seed;    ///< of "prbs", or the value of "constant"
+    uint16_t seed;    ///< seed of "prbs", or the value of "constant"
 };
 
 /// Reads a camera's record in one transfer.

@@ -16,7 +16,7 @@ enum {
     BUSY = 0x04,  // LENS_ZOOM and LENS_FOCUS are the registers of the positions
     WORD_BYTES = 2,
     MOTORS = 2,
-    POLL_US = 10000,  // as the public code
+    POLL_US = 10000,  // same interval as in the public code
     TRANSFER_US = 25000,
     TRIES = 3,
 };

@@ -29,8 +29,8 @@ enum lens_axis { LENS_ZOOM, LENS_FOCUS, LENS_IRIS, LENS_AXES };
 extern const char *const lens_axis_names[LENS_AXES];
 
 enum {
-    LENS_LENSES_MAX = 2,     ///< of one controller
-    LENS_STATE_BYTES = 256,  ///< for the state of any driver
+    LENS_LENSES_MAX = 2,     ///< largest number of lenses on one controller
+    LENS_STATE_BYTES = 256,  ///< size that holds the state of any driver
 };
 
 /// What connects a controller.
@@ -63,10 +63,10 @@ struct lens_limits {
 
 /// What may differ between two instruments with the same controller.
 struct lens_settings {
-    uint32_t bits_per_s;  ///< of a UART
-    uint8_t address;      ///< on I2C
+    uint32_t bits_per_s;  ///< UART only
+    uint8_t address;      ///< I2C only
     struct lens_axis_settings axis[LENS_AXES];
-    int32_t repeatability_counts;  ///< of a position that is approached again
+    int32_t repeatability_counts;  ///< tolerance of a position that is approached again
     int32_t zoom_ppm;  ///< relative change of the focal length by one count of zoom, 1e-6
 };
 
@@ -74,7 +74,7 @@ struct lens_settings {
 struct lens_reading {
     int32_t position;
     bool moving;       ///< false if the controller does not report it
-    uint64_t time_us;  ///< when it was requested, on the system's hal_clock
+    uint64_t time_us;  ///< time of the request, on the system's hal_clock
     /// When the controller sampled the position, as far as the driver knows; 0: not known, as when
     /// an answer may be to one of several questions.
     uint64_t sampled_us;
@@ -109,14 +109,14 @@ struct lens_operations {
 
 /// A kind of lens controller.
 struct lens_driver {
-    const char *name;  ///< in profiles
+    const char *name;  ///< name in profiles
     const char *help;
-    uint8_t lenses;  ///< that it drives: the left one, or both
+    uint8_t lenses;  ///< number of lenses that it drives: the left one, or both
     enum lens_port port;
     struct lens_abilities abilities;
-    int32_t position_max;           ///< largest position that its commands can express
-    uint32_t sample_us;             ///< from the end of a question to the sample that it reports
-    struct lens_settings settings;  ///< unless the profile says otherwise
+    int32_t position_max;  ///< largest position that its commands can express
+    uint32_t sample_us;    ///< time from the end of a question to the sample that it reports
+    struct lens_settings settings;  ///< defaults, which the profile may override
     const struct lens_operations *operations;
 };
 

@@ -10,7 +10,7 @@ enum {
     UNANSWERED_MAX = 100,
     // Invalid data must not make questions come faster than the line can carry answers.
     MIN_GAP_US = 100000,
-    BITS_PER_BYTE = 10,  // with start and stop bit
+    BITS_PER_BYTE = 10,  // 8 data bits, a start bit and a stop bit
     US_PER_S = 1000000,
     TIMEOUT_MORE_US = 100000,
 };
@@ -71,7 +71,7 @@ static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number
     }
     line[length++] = '\n';
     INVARIANT(length <= sizeof line);
-    self->broken = true;  // until the write is known to be complete
+    self->broken = true;  // set until the write is known to be complete
     note_sent(self, length);
     const int error =
         uart_of(self)->operations->write(uart_of(self)->self, line, length, deadline_us);

@@ -63,16 +63,16 @@ struct lens_v3lc {
     uint64_t quiet_us;    ///< time of the last byte in either direction
     uint64_t last_rx_us;  ///< time of its last byte; 0: none
     uint64_t heard_us;    ///< time when it was last listened to
-    uint64_t sent_us;     ///< when the line has sent all bytes written so far
+    uint64_t sent_us;     ///< time at which the line has sent all bytes written so far
     struct lens_v3lc_answer answer;
     struct lens_v3lc_counts counts;
     struct lens_v3lc_lens {
         uint8_t unanswered;          ///< questions that may still be answered
         bool fresh;                  ///< an accepted answer has not been returned yet
-        uint64_t first_us, last_us;  ///< when the first and the last of these were sent
-        uint64_t accepted_us;        ///< when the question of the accepted answer was first sent
-        uint64_t asked_us;           ///< when the last question had reached the controller
-        uint64_t sampled_us;         ///< of the accepted answer; 0: not known
+        uint64_t first_us, last_us;  ///< times of the first and the last unanswered question
+        uint64_t accepted_us;  ///< time when the question of the accepted answer was first sent
+        uint64_t asked_us;     ///< time when the last question had reached the controller
+        uint64_t sampled_us;   ///< time when the accepted answer was sampled; 0: not known
         int16_t accepted[LENS_V3LC_VALUES];
     } lenses[LENS_LENSES_MAX];
 };

@@ -25,7 +25,7 @@ enum { LENS_V3LC_RECORD = 24, LENS_V3LC_VALUES = 3 };
 /// State of the parser. All zero: nothing was received; owned by the caller.
 struct lens_v3lc_answer {
     bool begun;      ///< the record with the lens has been received
-    uint8_t number;  ///< of the lens, from 0; 0 for a V1LC
+    uint8_t number;  ///< number of the lens, from 0; 0 for a V1LC
     uint8_t count;   ///< number of values received
     uint8_t length;  ///< bytes of the present record; LENS_V3LC_RECORD + 1: it is too long
     bool records;    ///< a record ended since the last LF or answer

@@ -38,7 +38,7 @@ enum {
 /// Window and timing. Sizes are in pixels of the array; `skip` reads every n-th pair of rows and
 /// columns, `bin` (<= skip) averages that many of them.
 struct mt9t001_window {
-    uint16_t column_px, row_px;  ///< of the default window's corner, even; 0, 0 is its first pixel
+    uint16_t column_px, row_px;  ///< corner, even; 0, 0 is the first pixel of the default window
     uint16_t width_px, height_px;
     uint8_t skip;  ///< 1 .. 8
     uint8_t bin;   ///< 1 .. 3
@@ -47,7 +47,7 @@ struct mt9t001_window {
 
 /// Timing of a window.
 struct mt9t001_timing {
-    uint16_t width_px, height_px;  ///< of the output frames
+    uint16_t width_px, height_px;  ///< size of the output frames
     uint32_t row_clocks;
     uint32_t overhead_clocks;  ///< blanking after the exposure's rows, in which nothing is exposed
     uint32_t clock_hz;
@@ -67,7 +67,7 @@ struct mt9t001 {
     const struct hal_i2c *bus;
     const struct hal_clock *clock;
     uint8_t address;
-    uint32_t clock_hz;  ///< of its clock input
+    uint32_t clock_hz;  ///< frequency of the sensor's clock input
     struct mt9t001_window window;
     uint32_t shutter_rows;
     uint16_t gain_q3;

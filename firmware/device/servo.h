@@ -18,7 +18,7 @@ struct servo_model {
     uint16_t min_q4, max_q4;  ///< absolute limits
     uint16_t dead_band_q4;    ///< a change of at most this much may have no effect
     uint32_t q4_per_rad;
-    uint32_t urad_per_s;  ///< at the lowest supply voltage
+    uint32_t urad_per_s;  ///< speed at the lowest supply voltage
     uint32_t settle_us;   ///< time to settle after the motion
 };
 

@@ -6,7 +6,7 @@
 
 enum {
     BIN_BITS = 10,
-    END_SHIFT = 6,  // as picture_stats: some cameras clip slightly below full scale
+    END_SHIFT = 6,  // same as in picture_stats: some cameras clip slightly below full scale
 };
 
 static const double white_part = 0.01;

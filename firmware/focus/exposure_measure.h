@@ -29,7 +29,7 @@ struct exposure_histogram {
 
 /// Brightness as parts of the range from black to full scale: 1 is full scale.
 struct exposure_measure {
-    double mean;       ///< of green
+    double mean;       ///< mean of green
     double saturated;  ///< part of all values that is at 63/64 of full scale or above
     double high;       ///< what all but 0.1 % of all values do not exceed
     double white;      ///< what all but 1 % do not exceed

@@ -44,14 +44,14 @@ struct exposure_limits {
     uint32_t row_ns, overhead_ns;
     uint32_t min_us, max_us;            ///< min_us >= 1 row
     uint32_t mains_half_us;             ///< half of the mains period; 0: the light is constant
-    uint16_t gain_min_q3, gain_max_q3;  ///< in steps of 1, above 32 of 2
+    uint16_t gain_min_q3, gain_max_q3;  ///< range in steps of 1, above 32 in steps of 2
     int32_t iris_closed, iris_open;     ///< counts; equal: the iris has no motor
     double iris_range;                  ///< open over closed, in light; 0: not known
     bool linear;                        ///< values are proportional to light
 };
 
 struct exposure_target {
-    double mean;   ///< of green, part of the range above black: 0.01 .. 0.9
+    double mean;   ///< mean of green, as a part of the range above black: 0.01 .. 0.9
     double white;  ///< highest level of the brightest 1 %; 0: no such limit
 };
 
@@ -64,8 +64,8 @@ struct exposure_setting {
 enum exposure_verdict {
     EXPOSURE_GOING,
     EXPOSURE_FOUND,
-    EXPOSURE_TOO_DARK,    ///< at the longest exposure, the largest gain and the open iris
-    EXPOSURE_TOO_BRIGHT,  ///< at the shortest exposure, the smallest gain and the closed iris
+    EXPOSURE_TOO_DARK,    ///< even at the longest exposure, the largest gain and the open iris
+    EXPOSURE_TOO_BRIGHT,  ///< even at the shortest exposure, the smallest gain and the closed iris
     EXPOSURE_UNSTEADY,    ///< the light changes from measurement to measurement
 };
 
@@ -75,14 +75,14 @@ enum exposure_bound { EXPOSURE_BY_MEAN, EXPOSURE_BY_HIGHLIGHTS, EXPOSURE_BY_WHIT
 /// A search under way. The caller owns it, and reads only `steps`, `bound`, `measure`.
 struct exposure_search {
     unsigned steps;                   ///< measurements so far
-    enum exposure_bound bound;        ///< by the last one, or that of the result
+    enum exposure_bound bound;        ///< bound of the last measurement, or that of the result
     struct exposure_measure measure;  ///< the last one, or that of the result
     struct exposure_limits limits;
     struct exposure_target target;
     struct exposure_setting tried[EXPOSURE_STEPS_MAX];  ///< the last one is in force
-    double exponent;                                    ///< of the camera's response: 1 is linear
-    double iris_log;                                    ///< logarithm of light per count
-    bool iris_closed;                                   ///< by this search, on a guess
+    double exponent;   ///< exponent of the camera's response: 1 is linear
+    double iris_log;   ///< logarithm of light per count
+    bool iris_closed;  ///< this search closed the iris on a guess
     /// Exposure x gain, at the present iris: the smallest that was saturated, the largest that was
     /// not; 0: none.
     double saturated_us, dark_us;

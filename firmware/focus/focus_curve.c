@@ -23,7 +23,7 @@ static const double relative_deviation = 0.01;
 static void set_channel(struct focus_sample *sample, enum focus_channel channel,
                         const struct focus_sharpness *sharpness, enum focus_measure measure) {
     const double mean = sharpness->mean_q8 / 256.0;
-    const double bright = mean > 0.5 ? mean : 0.5;  // with the lens cap on
+    const double bright = mean > 0.5 ? mean : 0.5;  // a lens cap makes the mean 0
     const double unit = measure == FOCUS_NORMALIZED_VARIANCE ? 1.0 / (1 << FOCUS_NORMALIZED_SHIFT)
                                                              : 1.0 / 256.0 / (bright * bright);
     const double value = (double)sharpness->energy * unit;

@@ -21,9 +21,9 @@ enum { FOCUS_SAMPLES_MAX = 512 };
 
 /// The part of a search that a sample is from.
 enum focus_leg {
-    FOCUS_LEG_SWEEP,  ///< over the range, at full speed
-    FOCUS_LEG_PASS,   ///< through the peak, at full speed and from the side of approach
-    FOCUS_LEG_REST,   ///< at rest
+    FOCUS_LEG_SWEEP,  ///< sweep over the range, at full speed
+    FOCUS_LEG_PASS,   ///< pass through the peak, at full speed and from the side of approach
+    FOCUS_LEG_REST,   ///< frames with the ring at rest
     FOCUS_LEGS
 };
 
@@ -39,14 +39,14 @@ enum focus_channel {
 
 /// One window of one frame.
 struct focus_sample {
-    float position;                   ///< of the ring when the frame was exposed, counts
+    float position;                   ///< position of the ring when the frame was exposed, counts
     float sharpness[FOCUS_CHANNELS];  ///< relative variance or mean squared gradient without noise:
                                       ///< divided by the squared mean above black, so that changing
                                       ///< light cancels out
     float deviation[FOCUS_CHANNELS];  ///< standard deviation of `sharpness` that noise causes
     float noise;                      ///< relative variance of noise in the window
     float mean;                       ///< above black, values
-    uint32_t time_ms;                 ///< since the search began
+    uint32_t time_ms;                 ///< time since the search began
     uint16_t saturated_permille;
     uint8_t leg;  ///< enum focus_leg
 };
@@ -70,8 +70,8 @@ struct focus_range {
 
 /// A peak of a curve. Positions in counts.
 struct focus_peak {
-    double position, deviation;  ///< and its standard deviation
-    double half_width;           ///< from the peak to half its height above the floor
+    double position, deviation;  ///< position of the peak and its standard deviation
+    double half_width;           ///< distance from the peak to half its height above the floor
     double height, floor;        ///< sharpness at the peak, and far from it
     unsigned samples;            ///< above half its height
     bool at_edge;                ///< it continues to rise to the last sample on a side

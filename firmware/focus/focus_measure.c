@@ -22,8 +22,8 @@ struct plane {
 };
 
 struct sums {
-    uint64_t count, sum, saturated;  ///< of the values
-    uint64_t energy, filtered;       ///< of the filtered values, and their number
+    uint64_t count, sum, saturated;  ///< number and sum of the values; number of saturated ones
+    uint64_t energy, filtered;       ///< energy of the filtered values, and their number
 };
 
 static int32_t value_at(const struct plane *plane, uint32_t x, uint32_t y) {

@@ -34,7 +34,7 @@ enum focus_plane {
     FOCUS_RED,
     FOCUS_BLUE,
     FOCUS_GREY,       ///< every pixel: not a mosaic
-    FOCUS_RGB_GREEN,  ///< of interleaved R G B, every pixel
+    FOCUS_RGB_GREEN,  ///< green of interleaved R G B, every pixel
     FOCUS_PLANES
 };
 

@@ -12,10 +12,10 @@ enum {
     SWEEP_SAMPLES = 150,     // most of a sweep
     SWEEP_SAMPLES_MIN = 40,  // however wide the peak may be
     PASS_SAMPLES = 30,
-    NEAR_SAMPLES = 30,  // where the peak is expected
+    NEAR_SAMPLES = 30,  // samples of a sweep around the expected peak
     NEAR_PASS_SAMPLES = 14,
-    NEAR_FRAMES = 3,   // on each side
-    PEAK_SAMPLES = 8,  // that locate a peak
+    NEAR_FRAMES = 3,   // frames on each flank of the expected peak
+    PEAK_SAMPLES = 8,  // fewest samples that locate a peak
     PASSES = 3,
     STOPS = 5,
     LOOK_FRAMES = 4,
@@ -228,7 +228,7 @@ static void set_blur(struct focus_search *self, double counts) {
 static struct focus_step finish(struct focus_search *self, const struct focus_event *event,
                                 enum focus_verdict verdict) {
     if (focus_find_lights(self)) {
-        self->result.blur_px = -1;  // of another place
+        self->result.blur_px = -1;  // the blur known so far belongs to another place
         return finish_at_start(self, FOCUS_LIGHTS);
     }
     self->result.verdict = verdict;

@@ -49,15 +49,15 @@ struct lens_object {
     bool known;
     int32_t position_q4;
     uint16_t sigma_q4;
-    bool is_new;  ///< at the last time, which was at this zoom of this lens:
+    bool is_new;  ///< the last focusing, at `zoom` of `lens`, did not find it where it was before
     int32_t zoom;
     uint8_t lens;
 };
 
 /// The tables of one lens. All 0: nothing learned.
 struct lens_learned {
-    struct lens_table focus;  ///< at a zoom position: focus - nominal focus, 1/16 count
-    struct lens_table iris;   ///< at an iris position: f-number relative to open, 1/1000
+    struct lens_table focus;  ///< focus minus nominal focus at a zoom position, 1/16 count
+    struct lens_table iris;   ///< f-number relative to open at an iris position, 1/1000
 };
 
 /// Whether a table is as described: for one that comes from outside.

@@ -13,7 +13,7 @@ enum {
     WINDOW_MAX = 2 * POSITION_FIT_NEIGHBOURS,
     SLOPES_MAX = WINDOW_MAX * (WINDOW_MAX - 1) / 2,
     LINE_MIN = 4,          // readings of a line
-    LINE_OUTLIER_MIN = 6,  // of one in which one may be an outlier
+    LINE_OUTLIER_MIN = 6,  // readings of a line that may include an outlier
     Q4 = 16,
 };
 
@@ -138,7 +138,7 @@ static bool fit_line(const struct position_sample *samples, unsigned count, uint
     if (n < LINE_MIN || n + (count < LINE_OUTLIER_MIN ? 0 : 1) < count) {
         return false;
     }
-    const double times_spread = tt - t * t / n;  // of the readings' times
+    const double times_spread = tt - t * t / n;  // sum of squared deviations of the readings' times
     const double slope = (tr - t * r / n) / times_spread;
     const double squares = rr - r * r / n - slope * slope * times_spread;
     const unsigned freedom = (unsigned)n - 2;

@@ -12,7 +12,7 @@ extern "C" {
 
 enum {
     POSITION_FIT_MAX = 32,         ///< readings
-    POSITION_FIT_NEIGHBOURS = 4,   ///< of a moving motor: readings used before and after the time
+    POSITION_FIT_NEIGHBOURS = 4,   ///< readings of a moving motor used before and after the time
     POSITION_FIT_GAP_US = 400000,  ///< longest time between the two readings around it
 };
 

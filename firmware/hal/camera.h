@@ -37,7 +37,7 @@ struct hal_camera_format {
 /// A frame. Times are on the system's hal_clock.
 struct hal_camera_frame {
     struct raw_image image;
-    uint32_t sequence;  ///< of the source; a gap means lost frames
+    uint32_t sequence;  ///< number that the source gave the frame; a gap means lost frames
     uint32_t faults;
     uint64_t begin_us, end_us;  ///< arrival of its first and last pixel
 };
@@ -45,7 +45,7 @@ struct hal_camera_frame {
 /// Statistics since the source was created; all wrap.
 struct hal_camera_counts {
     uint32_t frames;    ///< frames delivered
-    uint32_t faulty;    ///< of these, with faults
+    uint32_t faulty;    ///< delivered frames with faults
     uint32_t gaps;      ///< frames missing in the sequence numbers
     uint32_t timeouts;  ///< calls that timed out
     uint32_t restarts;  ///< restarts of a stream that had stopped

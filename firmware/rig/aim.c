@@ -17,7 +17,7 @@ enum {
     // there to the goal.
     AIM_DEAD_BANDS = 3,
     LOOK_US = 20000,
-    LATE_US = 500000,  // beyond the longest travel
+    LATE_US = 500000,  // time allowed beyond the longest travel
     Q4_PER_US = 16,
 };
 

@@ -64,7 +64,7 @@ static void stop_next(struct rig *self, struct rig_lens_move *move, unsigned fir
         mover->lens->commanded[mover->axis] = INT32_MIN;
         if (lens_stop(&mover->lens->drive, rig_now_us(self) + COMMAND_US) != ERROR_OK &&
             abilities_of(mover)->reads_position) {
-            return;  // to be sent to its present position
+            return;  // step_stopping sends the motor to its present position
         }
     }
     move->phase = LENS_MOVE_TURNING;

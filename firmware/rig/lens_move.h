@@ -69,17 +69,17 @@ struct rig_lens_move {
         LENS_MOVE_GOING,
         LENS_MOVE_STOPPING,  ///< the motors, one after the other
         LENS_MOVE_TURNING,   ///< they may be about to reverse
-        LENS_MOVE_RESTING,   ///< until each is seen at rest
+        LENS_MOVE_RESTING,   ///< waiting until each motor is seen at rest
     } phase;
     int error;                ///< why it failed
     struct rig_error reason;  ///< what `last_error` was then
     struct lens_mover movers[RIG_SIDES];
     unsigned count;
     unsigned turn;         ///< the one that is read now
-    uint64_t asked_us;     ///< since when
-    uint64_t stepped_us;   ///< when the last step ended
-    uint64_t deadline_us;  ///< of the move
-    uint64_t stop_us;      ///< when it began to stop
+    uint64_t asked_us;     ///< time when the wait for a reading, or a pause, began
+    uint64_t stepped_us;   ///< time when the last step ended
+    uint64_t deadline_us;  ///< deadline of the whole move
+    uint64_t stop_us;      ///< time when the move began to stop
     int32_t readings[LENS_READ_MEDIAN];
     unsigned alike;  ///< number of these, or of equal readings at rest
 };

@@ -11,7 +11,7 @@ enum {
     US_PER_S = 1000000,
     COMMAND_US = 100000,  // a command has been sent by then
     LEGS_PER_APPROACH = 2,
-    RUNNING_COUNTS = 40,  // on the way during some readings
+    RUNNING_COUNTS = 40,  // largest distance that a running motor covers during some readings
     RECENT_US = 1000000,
     LEG_READINGS = 12,  // granted to a leg even on a slow line, however long they take
 };
@@ -139,7 +139,7 @@ static int jammed(struct rig *self, struct lens_mover *mover) {
         "focus is stuck at # and does not move to # (free the ring, then move it again)",
         "iris is stuck at # and does not move to # (free the ring, then move it again)",
     };
-    mover->lens->offset[mover->axis] = mover->offset_before;  // that was not drift
+    mover->lens->offset[mover->axis] = mover->offset_before;  // restored: the jam looked like drift
     rig_part_used(self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), ERROR_JAMMED);
     return rig_part_error(
         self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), ERROR_JAMMED, texts[mover->axis],

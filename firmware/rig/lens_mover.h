@@ -17,7 +17,7 @@ enum {
     LENS_MOVE_STEP_COUNTS = 8,
     LENS_MOVE_STALL_US = 1000000,
     LENS_MOVE_STALL_READINGS = 5,
-    LENS_MOVE_COMMANDS = 4,  ///< within that time
+    LENS_MOVE_COMMANDS = 4,  ///< commands to a motor that does not start, within lens_move_stall_us
     LENS_MOVE_SETTLED_READINGS = 4,
     LENS_MOVE_TRIMS = 3,
     LENS_MOVE_OFFSET_COUNTS = 20,
@@ -40,17 +40,17 @@ struct lens_mover {
     enum lens_mover_phase phase;
     int32_t sign;  ///< -1: positions are negated
     int32_t min, max, target;
-    int32_t low;       ///< where an approach starts
-    int32_t waypoint;  ///< of this approach
+    int32_t low;       ///< position where an approach starts
+    int32_t waypoint;  ///< waypoint of the present approach
     // The present leg, in readings of the position.
     int32_t goal, begin, command;
     int32_t readings[LENS_READ_MEDIAN];
-    uint32_t count;  ///< of this leg
+    uint32_t count;  ///< number of readings in the present leg
     int32_t middle;
     int32_t mark;         ///< position when it last moved
     uint32_t since_mark;  ///< number of readings
     uint32_t settled;     ///< number of readings
-    uint64_t settled_us;  ///< when two of them were
+    uint64_t settled_us;  ///< time of the second settled reading
     uint32_t sent;
     uint64_t since_us;  ///< later readings count
     uint64_t mark_us, deadline_us;
@@ -59,9 +59,9 @@ struct lens_mover {
     bool coarse;  ///< done near the target
     int32_t offset_before;
     uint32_t trims;
-    int32_t rest_position;  ///< where the previous approach ended off its target; INT32_MIN: not
-                            ///< yet
-    uint32_t path, done;    ///< for the display of progress
+    /// Where the previous approach ended off its target; INT32_MIN: nowhere yet.
+    int32_t rest_position;
+    uint32_t path, done;  ///< counts of the whole path and of the part done, to display progress
 };
 
 /// Time without progress after which a motor counts as jammed: LENS_MOVE_STALL_US, plus twice the

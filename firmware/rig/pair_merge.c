@@ -8,7 +8,7 @@
 #include "rig/base/rig_error.h"
 
 enum {
-    BLACK_MAX = 127,  // of a register, which is external data; half the range of 8 bits
+    BLACK_MAX = 127,  // limit for a register, which is external data: half the range of 8 bits
 };
 
 // A merged pair in the making.
@@ -16,9 +16,9 @@ struct merging {
     struct rig *rig;
     const struct pair_options *options;
     struct pair *pair;
-    struct merge_bracket bracket;  // as chosen from the first left frame
-    struct merge_plan plan;        // of the side under way, or the last one
-    uint64_t last_begin_us;        // of its last frame
+    struct merge_bracket bracket;  // chosen from the first left frame
+    struct merge_plan plan;        // plan of the side under way, or of the last one
+    uint64_t last_begin_us;        // time when the last frame of the present side began
     uint32_t done;                 // frames
 };
 

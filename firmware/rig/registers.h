@@ -39,7 +39,7 @@ enum { REGISTERS_RUN_WORDS = 16, REGISTERS_RUNS_MAX = 24 };
 /// Values of registers at consecutive indices.
 struct registers_run {
     enum rig_part part;
-    uint64_t at_us;  ///< when they were read, on the rig's clock
+    uint64_t at_us;  ///< time of reading, on the rig's clock
     uint16_t first, count, values[REGISTERS_RUN_WORDS];
 };
 

@@ -14,8 +14,8 @@
 #include "rig/trigger.h"
 
 enum {
-    RESET_US = 1000,  // of the bridge, which clears its branches for 0.1 ms afterwards
-    CLOCK_US = 2000,  // of a sensor, before its reset ends
+    RESET_US = 1000,  // wait for a reset of the bridge, which then clears its branches for 0.1 ms
+    CLOCK_US = 2000,  // time that a sensor has its clock before its reset ends
     SENSORS = 3,      // both, as bits
     LENS_STEP_US = 100000,
     // Time for the other lens on a line on which one did not answer: three times the time of an

@@ -20,7 +20,7 @@ enum {
     FIRST_EXPOSURES = 2,
     SWITCH_LOOK_US = 5000,
     SWITCH_TIMEOUT_US = 600000,  // twice the longest limit of the bridge, plus frames
-    COUNT_FULL = 255,            // where the bridge's error counters saturate
+    COUNT_FULL = 255,            // value at which the bridge's error counters saturate
 };
 
 static uint64_t later(uint64_t a, uint64_t b) {

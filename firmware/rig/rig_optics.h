@@ -84,7 +84,7 @@ enum rig_optics_limit {
 struct rig_optics_iris {
     int32_t iris;
     double f_number;
-    double blur_px;         ///< of the worse end
+    double blur_px;         ///< blur at the worse end of the depth range
     double diffraction_px;  ///< everywhere
     double focus_mm;        ///< the distance in focus that would serve best
     int32_t focus;          ///< its position

@@ -40,9 +40,9 @@ struct rig_region {
     bool running;
     unsigned side;
     struct rig_rectangle where_px;
-    uint8_t skip;  ///< in force: 1 for a camera with its own port
+    uint8_t skip;  ///< skip in force; 1 for a camera with its own port
     uint16_t black;
-    struct fpga_bridge_camera counted;  ///< by the bridge, up to the last frame
+    struct fpga_bridge_camera counted;  ///< record of the bridge up to the last frame
     uint64_t counted_us;                ///< frames must begin later, as an earlier one was damaged
     // As before rig_region_begin.
     struct mt9t001 sensor;

@@ -49,7 +49,7 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
                    int32_t *applied) {
     const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
     const struct hal_camera *camera = self->ports.camera[side];
-    int32_t nearest = INT32_MIN;  // until the camera reports it
+    int32_t nearest = INT32_MIN;  // value while the camera has not reported one
     const int error = camera->operations->control == NULL
                           ? ERROR_UNSUPPORTED
                           : camera->operations->control(camera->self, which, value, &nearest);

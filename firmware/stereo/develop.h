@@ -31,8 +31,8 @@ struct develop_state {
     const struct raw_image *raw;
     uint8_t *tone;         // 8-bit value of each raw value
     uint8_t *balanced[3];  // the same for each channel, balanced
-    uint16_t *rgb;         // per part: 3 * width
-    int32_t *work;         // per part: 3 * (width + DEBAYER_MARGIN_PX)
+    uint16_t *rgb;         // 3 * width values per part
+    int32_t *work;         // 3 * (width + DEBAYER_MARGIN_PX) values per part
     int parts;
 };
 

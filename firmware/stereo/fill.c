@@ -10,14 +10,14 @@
 
 enum {
     MARGIN_PX = 4,      // a tile's plane is fitted to this much more around it
-    PLANE_PIXELS = 24,  // at least, of a plane
+    PLANE_PIXELS = 24,  // minimum number of pixels that determine a plane
     STEP_MAX_Q8 = 768,  // larger steps between neighbours are edges
     INLIER_Q8 = 256,    // distance of a plane's pixels
     SEEDS_A_SIDE = 3,   // pixels in a row and column of a tile that are tried as the plane's
     DIRECTIONS = 8,     // opposite ones are four apart
-    SUPPORTS_MIN = 2,   // of a filled pixel
-    SAME_Q8 = 256,      // surfaces whose continuations differ by more are different ones,
-    SAME_A_PX_Q8 = 4,   // and by this more for each pixel of distance
+    SUPPORTS_MIN = 2,   // minimum number of supports of a filled pixel
+    SAME_Q8 = 256,      // largest difference of the continuations of one surface
+    SAME_A_PX_Q8 = 4,   // additional difference for each pixel of distance
     CONTRAST = 16,      // grey levels: of an edge
     FIT_ROUNDS = 2,
     ENCLOSED = 3,  // pairs of opposite supports, of four, around a pixel within a surface
@@ -28,7 +28,7 @@ enum {
 
 // The disparity at the centre of a tile, and its growth per pixel.
 struct plane {
-    int32_t centre_q8;  // of no use if there are too few pixels
+    int32_t centre_q8;  // unusable if there are too few pixels
     int32_t slope_q16[2];
     int32_t pixels;
 };
@@ -37,14 +37,14 @@ struct fill {
     const struct fill_input *input;
     struct match_output *output;
     struct plane *planes;
-    int columns, rows;  // of tiles
+    int columns, rows;  // tiles across and down
 };
 
 // A valid match seen from a rejected pixel.
 struct support {
-    int32_t value_q8;  // of its surface, continued to the rejected pixel
+    int32_t value_q8;  // disparity of its surface, continued to the rejected pixel
     int32_t near_q8;   // the same, but level from HOLD_PX on
-    int32_t found_q8;  // of the match
+    int32_t found_q8;  // disparity of the match
     int distance;
     int contrast;  // largest difference of colour on the way
     bool found;

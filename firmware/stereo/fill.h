@@ -20,7 +20,7 @@ enum {
 /// What is filled. `colour` and `sigma_q8` have the size of the match.
 struct fill_input {
     const struct image_rgb8 *colour;       // the rectified left image
-    const struct rectify_span *left_span;  // per row; NULL: all of each row
+    const struct rectify_span *left_span;  // valid columns of each row; NULL: all
     struct image_u16 *sigma_q8;            // scratch where not valid; 0 there before and afterwards
 };
 

@@ -52,10 +52,10 @@ struct run {
     struct arena *arena;
     struct reconstruct_result *result;
     struct develop_balance balance;
-    int32_t *coordinates_q16;  // per part: 2 * width
+    int32_t *coordinates_q16;  // 2 * width values per part
     uint64_t stage_begin_us;
-    uint64_t develop_us;  // while rectifying
-    size_t peak_bytes;    // of the stages before
+    uint64_t develop_us;  // time spent on developing while rectifying
+    size_t peak_bytes;    // peak of the stages before
 };
 
 static int smaller(int a, int b) {
@@ -178,11 +178,11 @@ size_t reconstruct_need_bytes(int raw_width_px, const struct rectify_plan *plan,
 struct side {
     const struct run *run;
     struct rectify_table table;
-    struct rectify_extent *extent;  // per row
+    struct rectify_extent *extent;  // one for each row
     struct rectify_strip strip;
     struct rectify_span *span;
     struct image_u8 *grey;
-    struct image_rgb8 *colour;  // without data: not wanted
+    struct image_rgb8 *colour;  // has no data if not wanted
 };
 
 static void part_rows(const struct run *run, int index, int *begin, int *end) {

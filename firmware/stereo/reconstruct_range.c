@@ -10,7 +10,7 @@ static int smaller(int a, int b) {
 // near a coarser surface this costs little.
 static void search_beyond(const struct rectify_plan *plan, struct match_options *match) {
     enum {
-        BEYOND_INFINITY = 4,  // so that objects there are not at the end of the search
+        BEYOND_INFINITY = 4,  // keeps objects at infinity away from the end of the search
         STEP = 16,            // disparities are processed in vectors of this many
     };
     // No pixel has a partner farther away than the width.

@@ -68,16 +68,16 @@ struct reconstruct_result {
     struct image_u8 left, right;                  // rectified, grey
     struct image_rgb8 left_colour;                // rectified; grey input gives equal channels
     struct image_rgb8 right_colour;               // the same; no data if the surface is recomputed
-    struct rectify_span *left_span, *right_span;  // per row
+    struct rectify_span *left_span, *right_span;  // valid columns of each row
 
     struct match_output match;
     struct image_u16 sigma_q8;  // predicted sigma of the disparity; 0 where not valid
     struct triangulate_vertical vertical;
 
-    int32_t max_gap_q8;  // of the triangles
-    void *walk_memory;   // for surface_walk; NULL: the surface is kept, below
+    int32_t max_gap_q8;  // largest disparity step within a triangle
+    void *walk_memory;   // memory of surface_walk; NULL: the surface is kept, below
     uint32_t vertex_count;
-    struct triangulate_point *points;  // in the left camera's frame
+    struct triangulate_point *points;  // positions in the left camera's frame
     uint32_t *vertex_pixel;            // y * width + x in the rectified left image
     int16_t (*normals_q14)[3];
     uint32_t triangle_count;
@@ -88,9 +88,9 @@ struct reconstruct_result {
                                           // options, becomes REASON_OUT_OF_RANGE or REASON_BEYOND
     uint32_t repeating_count;  // valid matches on repetitive texture: see match_count_repeats
     uint64_t stage_us[RECONSTRUCT_STAGES];
-    size_t stage_peak_bytes[RECONSTRUCT_STAGES];  // of the arena; 0: the stage did not run
-    size_t match_peak_bytes;                      // of the matcher alone
-    size_t arena_peak_bytes;                      // of everything
+    size_t stage_peak_bytes[RECONSTRUCT_STAGES];  // peak of the arena; 0: the stage did not run
+    size_t match_peak_bytes;                      // peak of the matcher alone
+    size_t arena_peak_bytes;                      // peak of the whole reconstruction
 };
 
 #ifdef __cplusplus

@@ -15,8 +15,8 @@
 enum {
     SAMPLES_MAX = 4096,
     SAMPLES_MIN = 50,
-    STEP_MIN = 4,  // of the lattice, in pixels
-    RADIUS = 4,    // of the window: 9x9
+    STEP_MIN = 4,  // smallest step of the lattice, in pixels
+    RADIUS = 4,    // half side of the window: 9x9
     REACH = 3,     // rows searched up and down
     MARGIN = RADIUS + REACH + 3,
     STEPS = 6,

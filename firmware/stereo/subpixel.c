@@ -38,13 +38,13 @@ enum {
     NOISE_GRADIENT_SHIFT = 19,  // noise alone has a mean gradient^2 of 1/8 of its differences'
     BOUND_SHARE = 9,            // smoothing leaves this part of the bound
     BOUND_MAX_Q16 = 9600,       // path costs determine pixels without texture
-    ROUGH_SHARE_Q4 = 11,        // of the neighbours' mean |second difference|, squared
-    MISSING_Q16 = 900,          // for each pixel of the window that is missing
+    ROUGH_SHARE_Q4 = 11,        // weight of the neighbours' mean |second difference|, squared
+    MISSING_Q16 = 900,          // variance for each pixel of the window that is missing
     // Of images that were rectified elsewhere and of our own.
     FLOOR_SIGMA_Q8 = 22,
     RESAMPLED_SIGMA_Q8 = 5,
     SIGMA_MAX_Q8 = 256,
-    ROUNDING_VARIANCE_Q8 = 43,  // of the difference of two rounded grey levels, 1/256
+    ROUNDING_VARIANCE_Q8 = 43,  // variance of the difference of two rounded grey levels, 1/256
     BAND_ROWS = 32,             // rows per part of the parallel work
 };
 
@@ -57,7 +57,7 @@ struct moments {
 struct work {
     const struct match_input *input;
     struct match_output *output;
-    struct image_u16 *sigma_q8;  // until the last smoothing: the bound's variance in 1/65536 px^2
+    struct image_u16 *sigma_q8;  // the bound's variance in 1/65536 px^2 until the last smoothing
     int32_t *next_q8;            // width x height: disparities of the next step
     int32_t *rows_q8;            // a group: SMOOTH_ROWS padded rows
     struct moments *columns;     // a group: WINDOW_ROWS rows of width, then one row of column sums
@@ -154,7 +154,7 @@ static struct fit solve(const struct moments *sum) {
     const int64_t gd = count * sum->product - (int64_t)sum->gradient * sum->difference;
     const int64_t dd = count * sum->difference2 - (int64_t)sum->difference * sum->difference;
     INVARIANT(gg >= 0 && dd >= 0);
-    INVARIANT(gd < INT32_MAX && gd > -INT32_MAX);  // so that its square fits
+    INVARIANT(gd < INT32_MAX && gd > -INT32_MAX);  // the square of gd fits into int64_t
     const int64_t explained = gg > 0 ? gd * gd / gg : 0;
     const int64_t left_over = dd > explained ? dd - explained : 0;
     // Variance of a difference in 1/256 grey level^2, at least that of rounding to grey levels.
@@ -247,7 +247,7 @@ static void masked_row(const struct work *work, int y, int32_t *masked_q8) {
 // Sums over the neighbours of each pixel of a row.
 struct sums {
     int32_t *excess_q8, *count;
-    int32_t *rough_q8;  // of |second differences|
+    int32_t *rough_q8;  // sums of |second differences|
 };
 
 // Adds one pair of opposite neighbours if both agree with the middle.

@@ -49,7 +49,8 @@ struct bridge_model {
     bridge::Clock clocks[BRIDGE_CLOCKS];
     uint64_t now_ps = 0;
     uint32_t control_period_ps = BRIDGE_CONTROL_PERIOD_PS;
-    unsigned phase = 0;  // of the microsecond: the tick comes with the rising edge that ends it
+    // Clocks since the microsecond began; the edge that ends it brings the tick.
+    unsigned phase = 0;
     bool idle = false;
     bool interrupted = false;
     bool inputs_changed = true;

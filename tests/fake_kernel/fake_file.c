@@ -13,7 +13,7 @@
 
 static struct fake_device devices[FAKE_DEVICES];
 static struct fake_file files[FAKE_FILES];
-static int reserve_fd = -1;  // for files that belong to no device
+static int reserve_fd = -1;  // descriptor of files that belong to no device
 
 struct fake_device *fake_file_device(const char *path, unsigned major, unsigned minor,
                                      const struct fake_operations *operations, void *state) {

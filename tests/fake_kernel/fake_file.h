@@ -45,7 +45,7 @@ struct fake_file {
     int fd;
     struct fake_device *device;  ///< NULL: a real, watched file
     const struct fake_operations *operations;
-    void *state;  ///< of the device, or set by its `open` or `ioctl`
+    void *state;  ///< state of the device, or the one set by its `open` or `ioctl`
     char name[64];
     uint64_t plugged;  ///< fake_file_plugged() when it was opened
     bool dead;         ///< it has been unplugged since

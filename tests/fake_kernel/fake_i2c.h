@@ -12,7 +12,7 @@ extern "C" {
 /// State of the adapter; the test may change it at any time.
 struct fake_i2c {
     unsigned long functions;  ///< I2C_FUNC_*
-    uint8_t address;          ///< of the single device; others are not acknowledged (ENXIO)
+    uint8_t address;          ///< address of the single device; others are not acknowledged (ENXIO)
     uint8_t registers[256];
     unsigned long timeout_10ms;  ///< last value set
     unsigned long retries;

@@ -26,7 +26,7 @@ struct plan {
     unsigned after;  // matching calls to skip
     unsigned times;  // 0: for ever
     bool for_ever;
-    int error;  // of EFFECT_SLOW: ms
+    int error;  // errno of the failing calls; EFFECT_SLOW: delay in ms
 };
 
 static pthread_mutex_t mutex = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
@@ -178,7 +178,7 @@ static bool is_due(struct plan *plan, const char *line) {
 static void write_down(const char *line) {
     const size_t length = strlen(line);
     if (record_length + length + 2 > RECORD_BYTES) {
-        record_length = 0;  // in a long run only the end is kept
+        record_length = 0;  // a long run keeps only the end of the record
     }
     memcpy(record + record_length, line, length);
     record_length += length;

@@ -43,7 +43,7 @@ struct fake_video {
     int32_t phase_us;             ///< -1: frames end at any time; else so long after whole frame
                                   ///< times of the clock: two cameras that run freely
     bool triggered;               ///< frames only after fake_video_pulse, one each
-    uint32_t readout_us;          ///< from a pulse to the end of its frame; 0: frame_us
+    uint32_t readout_us;          ///< time from a pulse to the end of its frame; 0: frame_us
     uint32_t frames_until_still;  ///< 0: unlimited; n: the stream stops after n frames
     /// Fills a frame; `*bytes` is the capacity, then the filled size. NULL: every byte is x + y +
     /// the frame's number.
@@ -56,13 +56,14 @@ struct fake_video {
     void *user;
     // ---
     struct fake_video_format format;
-    size_t buffer_bytes, memory_begin;  ///< of the device's memory: that of the first buffer
+    /// One buffer's size, and where the first one begins in the device's memory.
+    size_t buffer_bytes, memory_begin;
     unsigned count, queued_count, done_count;
     unsigned queued[FAKE_VIDEO_BUFFERS];
     struct v4l2_buffer done[FAKE_VIDEO_BUFFERS];
     bool on;
     uint64_t next_us;   ///< end of the next frame
-    uint32_t sequence;  ///< of the next frame
+    uint32_t sequence;  ///< number of the next frame
     unsigned starts;    ///< STREAMONs so far
     int fd;
 };

@@ -22,7 +22,7 @@ constexpr uint16_t kLineError = 0x40, kFrameStart = 0x01, kClockLost = 0x08;
 // Of a camera's block.
 enum Word { kFrames, kLines, kPixels, kPeriod, kPixclk, kShortLines, kShortFrames, kFlags };
 constexpr uint16_t kShortLine = 4, kShortFrame = 8, kLost = 1;
-constexpr unsigned kMax = 3840;  // of the lines and pixels counted
+constexpr unsigned kMax = 3840;  // largest count of lines and pixels
 
 struct Bench : hdl::BusBench {
     Bench() {

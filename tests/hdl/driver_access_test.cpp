@@ -227,7 +227,7 @@ TEST_CASE("events, sensors' lines and branches") {
     hdl::DriverRig rig;
     fpga_bridge *driver = &rig.driver;
     uint16_t word = 0;
-    CHECK(fpga_bridge_event_take(driver, &word) == ERROR_OK);  // of prepare()
+    CHECK(fpga_bridge_event_take(driver, &word) == ERROR_OK);  // the event that prepare() caused
     CHECK(word == 0x82);
     CHECK(fpga_bridge_event_enable(driver, BRIDGE_IRQ_STATUS_SWITCHED_MASK) == ERROR_OK);
     CHECK(fpga_bridge_event_test(driver, BRIDGE_IRQ_STATUS_SWITCHED_MASK) == ERROR_OK);

@@ -62,7 +62,7 @@ class Script {
     Record run() {
         write(0x0B, 0x00FF);
         write(0x0E, 60);      // watchdog
-        write(0x0F, 0x0001);  // to the safe position
+        write(0x0F, 0x0001);  // move to the safe position
         write(0x10, 1700 * 16 + 5);
         write(0x18, 1203 * 16 + 11);
         write(0x1D, 40 * 16 + 3);

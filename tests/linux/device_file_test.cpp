@@ -42,7 +42,7 @@ const struct {
          watchdog_dev watchdog;
          return watchdog_dev_open(&watchdog, path, 15, text);
      }},
-    {"serial line",  // of the console and the client
+    {"serial line",  // used by the console and the client
      [](const char *path, message *text) { return serial_device_open(path, 9600, text); }},
 };
 

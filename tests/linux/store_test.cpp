@@ -412,7 +412,7 @@ TEST_CASE("invalid names are rejected, and so are files that are not records") {
     REQUIRE(symlink("other", (place.path + "/link").c_str()) == 0);
     CHECK(store.load("link", &data) == ERROR_REFUSED);
     REQUIRE(mkfifo((place.path + "/pipe").c_str(), 0600) == 0);
-    CHECK(store.load("pipe", &data) == ERROR_CRC);  // and does not wait for a writer
+    CHECK(store.load("pipe", &data) == ERROR_CRC);  // the call does not wait for a writer
 }
 
 TEST_CASE("two processes cannot share a store, and the message says so") {

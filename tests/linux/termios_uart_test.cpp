@@ -173,7 +173,7 @@ TEST_CASE("after a hang-up the received bytes are read, then the line is gone") 
     CHECK(got == "last");
     const uint64_t begin_us = monotonic_now_us();
     CHECK(uart.read(&got, 5000000) == ERROR_DEVICE);
-    CHECK(monotonic_now_us() - begin_us < 4000000);  // at once, not at the deadline
+    CHECK(monotonic_now_us() - begin_us < 4000000);  // returned at once, not at the deadline
     unplug.join();
     CHECK(uart.write("x") == ERROR_DEVICE);
 }

@@ -219,7 +219,7 @@ TEST_CASE("a stopped stream is restarted, counted and logged") {
 TEST_CASE("a stream is not broken because no frame comes while no caller waits for one") {
     const Kernel kernel;
     fake_video *video = grey_camera();
-    video->triggered = true;  // by the waiting itself, as some drivers have it
+    video->triggered = true;  // some drivers make a frame only while a caller waits
     Camera camera;
     REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
     hal_camera_frame frame;

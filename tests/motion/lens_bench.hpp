@@ -169,8 +169,8 @@ class LensRig {
     }
 
     struct rig rig;
-    double cancel_us = std::numeric_limits<double>::infinity();  ///< starting then
-    double cancelled_us = 0;                                     ///< when it was reported
+    double cancel_us = std::numeric_limits<double>::infinity();  ///< time of the first cancellation
+    double cancelled_us = 0;  ///< time at which the observer last asked to cancel
     double asked_us = 0, longest_silence_us = 0;  ///< time between two calls of the observer
     uint32_t done = 0, total = 0;
     bool went_back = false;  ///< progress decreased, or exceeded its total

@@ -46,7 +46,7 @@ struct Draw {
     unsigned sides;
     lens_axis axis;
     int32_t target;
-    double warm_us;  // since the start; the potentiometers have drifted
+    double warm_us;  // time since power-up, in which the potentiometers have drifted
 
     explicit Draw(simrig::Noise &noise) {
         for (size_t side = 0; side < 2; side++) {

@@ -24,9 +24,9 @@ double part(std::vector<double> &values, double share) {
 }
 
 struct Figures {
-    std::vector<double> error;      // of the ring, approached from above, counts
-    std::vector<double> seconds;    // of the call
-    std::vector<double> over;       // of that, beyond the travel time at the motor's own speed
+    std::vector<double> error;      // error of the ring, approached from above, counts
+    std::vector<double> seconds;    // duration of the call
+    std::vector<double> over;       // `seconds` minus the travel time at the motor's own speed
     std::vector<double> read_back;  // rig_lens_read against the motor
 };
 

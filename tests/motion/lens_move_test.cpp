@@ -163,7 +163,8 @@ TEST_CASE("a controller that is slow, or loses an answer now and then, is not ta
         const bool slow = noise.chance(0.5);
         faults.late_ms = between(noise, 0, slow ? 600 : 60);
         faults.split_ms = slow ? between(noise, 0, 100) : 0;
-        faults.lost_chance = slow ? 0 : between(noise, 0, 0.002);  // per byte: one answer in ten
+        // Chance per byte: one answer in ten is lost.
+        faults.lost_chance = slow ? 0 : between(noise, 0, 0.002);
         REQUIRE(lenses.open() == ERROR_OK);
         for (int k = 0; k < 10; k++) {
             int32_t positions[LENS_AXES];
@@ -295,7 +296,7 @@ TEST_CASE("the one lens of a V1LC") {
         motor.stop_high = 184;
         motor.backlash_counts = 1;
     }
-    motors[0][simrig::kIris].outlier_chance = 1;  // as it is known to be
+    motors[0][simrig::kIris].outlier_chance = 1;  // a V1LC's iris value is known to be random
     LensWorld world(motors, {{{100, 90, 60}, {300, 300, 850}}}, synthetic::test_seed(), settings);
     LensRig lenses(world, true);
     for (lens_axis_settings &axis : lenses.rig.profile.lens.axis) {

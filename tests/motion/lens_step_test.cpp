@@ -241,7 +241,7 @@ TEST_CASE("an axis has one move at a time, and none after a bring-up or in the s
         error = rig_lens_move_step(&lenses.rig, &move, uint64_t(world.now_us()) + 50000);
     }
     CHECK(error == ERROR_NOT_READY);
-    lenses.rig.camera[RIG_RIGHT].lens.moving = 0;  // as a bring-up leaves it
+    lenses.rig.camera[RIG_RIGHT].lens.moving = 0;  // a bring-up leaves the lens in this state
     CHECK(rig_lens_move_step(&lenses.rig, &other, 0) == ERROR_NOT_READY);
     CHECK(rig_lens_move_done(&other));
     CHECK(rig_lens_move_step(&lenses.rig, &other, 0) == ERROR_OK);

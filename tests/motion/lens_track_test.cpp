@@ -152,7 +152,7 @@ TEST_CASE("the ring's position at the time of a frame") {
             CHECK(sweeps.steady.over_sigma() < 1.5);
             CHECK(sweeps.turning.rms() < 2);
             CHECK(sweeps.rest.rms() < 0.9);
-            CHECK(sweeps.missing <= 3 * draws(40));  // before the first reading
+            CHECK(sweeps.missing <= 3 * draws(40));  // positions asked for before the first reading
         }
     }
 }

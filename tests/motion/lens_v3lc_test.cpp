@@ -191,7 +191,7 @@ TEST_CASE("silence ends at the deadline, and is asked again ever more seldom") {
     Bench bench([](const std::string &, int) { return std::vector<Piece>(); });
     CHECK(bench.read(0, 5000 * kMs) == ERROR_TIMEOUT);
     CHECK(bench.line.now_us == 5000 * kMs);
-    CHECK(bench.counts().asked == 6);  // at 0, 0.2, 0.6, 1.4, 3.0, 4.6 s
+    CHECK(bench.counts().asked == 6);  // asked at 0, 0.2, 0.6, 1.4, 3.0, 4.6 s
     CHECK(bench.counts().silent == 5);
     CHECK(bench.line.lines[1] == "");  // ends what the controller may have received of the first
 }
@@ -277,7 +277,7 @@ TEST_CASE("numbers with too many digits and records that are too long are rubbis
         CHECK(bench.read(0, 150 * kMs) == ERROR_TIMEOUT);
         CHECK(bench.counts().garbage == 1);
     }
-    Bench bench([&](const std::string &, int) {  // as long as it may be
+    Bench bench([&](const std::string &, int) {  // a record of the maximum length
         return std::vector<Piece>{
             {57 * kMs, "V3LC 1\raaaaaaaaaaaaaaaaaaaa:400\rFocus:0400\rIris:  400\r\n"}};
     });
@@ -301,7 +301,7 @@ TEST_CASE("short deadlines do no harm: the question stays open") {
 TEST_CASE("what came before the question is not its answer") {
     Bench bench(good(400));
     bench.line.comes(10, status(1, 800));
-    bench.line.comes(20, "V3LC 1\rZoom:0");  // and half of another
+    bench.line.comes(20, "V3LC 1\rZoom:0");  // first half of another answer
     bench.line.now_us = 1000;
     REQUIRE(bench.read(0, 500 * kMs) == ERROR_OK);
     CHECK(bench.readings[LENS_ZOOM].position == 400);
@@ -392,7 +392,7 @@ TEST_CASE("late answers do not stay one behind") {
     });
     REQUIRE(bench.read(0, 2000 * kMs) == ERROR_OK);
     CHECK(bench.readings[LENS_ZOOM].position == 301);
-    CHECK(bench.readings[LENS_ZOOM].time_us == 0);  // and not when it was repeated
+    CHECK(bench.readings[LENS_ZOOM].time_us == 0);  // time of the first question
     CHECK(bench.counts().asked == 2);
     for (int question = 3; question < 10; question++) {
         const uint64_t begin_us = bench.line.now_us;

@@ -43,7 +43,7 @@ class Generator {
 
 struct Pair {
     View left, right;
-    Answer answer;  // of the checks of single pixels
+    Answer answer;  // result of the checks of single pixels
 };
 
 // Patches of a surface: contrast of the texture, grey levels; accepted pixels, percent; disparity.

@@ -63,7 +63,7 @@ struct Search {
     int disparity_min, disparity_count;
     int speckle_px;
     bool keep_all;
-    int extra_below = 0, extra_above = 0;  // of the count: beyond the requested range
+    int extra_below = 0, extra_above = 0;  // part of the count beyond the requested range
 
     /// The count, padded to whole vectors: lanes beyond the count take part in everything, but none
     /// of them may win a valid pixel.
@@ -118,8 +118,8 @@ Volume row_averages(const View &left, const Volume &costs, const Grid<Slopes> &s
 
 /// Inputs of the choice of winners.
 struct Sums {
-    Volume averages;  // of the costs, along rows and columns
-    Volume totals;    // of the paths from above, from the left and from the right
+    Volume averages;  // costs averaged along rows and columns
+    Volume totals;    // costs of the paths from above, from the left and from the right
 };
 
 /// Averages along the columns, and the paths through them.

@@ -26,7 +26,7 @@ TEST_CASE("rotations against cv::Rodrigues") {
         REQUIRE(geometry_vector_from_rotation(R, again_rad) == ERROR_OK);
         cv::Rodrigues(stereo_rig::rotation(R), back);
         // OpenCV computes the angle with an arc cosine, which is accurate to 1e-5 near pi.
-        if (geometry_norm(r_rad) < 3.1) {  // beyond pi the vector is another one
+        if (geometry_norm(r_rad) < 3.1) {  // the vector differs beyond pi
             REQUIRE(cv::norm(back, cv::Mat(3, 1, CV_64F, again_rad), cv::NORM_INF) < 1e-5);
         }
     }

@@ -63,7 +63,8 @@ static void make_pair(int near_px, int far_px) {
     }
     for (int i = 0; i < PAIR_PIXELS; i++) {
         const int x = i % PAIR_WIDTH, y = i / PAIR_WIDTH;
-        const int right_x = x + near_px;  // of the left pixel seen here if it is on the near layer
+        // Column of the left pixel seen here if it is on the near layer.
+        const int right_x = x + near_px;
         const int near_left = x >= 30 && x < 60 && y >= 10 && y < 35;
         const int near_right = right_x >= 30 && right_x < 60 && y >= 10 && y < 35;
         const int(*seen)[ROOM] = noise[near_left];

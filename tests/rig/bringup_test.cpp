@@ -20,9 +20,9 @@ constexpr rig_part kParts[] = {RIG_PART_BRIDGE,      RIG_PART_LEFT_SENSOR,  RIG_
 struct Broken {
     const char *fault, *heal;
     rig_part part;
-    const char *words;              // in its line
+    const char *words;              // beginning of the error message
     std::vector<rig_part> missing;  // all others must be found
-    size_t lines;                   // in the log
+    size_t lines;                   // number of lines in the log
 };
 
 }  // namespace

@@ -71,7 +71,8 @@ int look_closely(RigBench &bench) {
 int run_all(RigBench &bench, ::pair &pair) {
     int error = rig_bringup(&bench.rig);
     if (error == ERROR_OK) {
-        error = rig_pan_both(&bench.rig, 69289, -69289);  // towards each other: servos get pulses
+        // Cameras turned inwards: servos get pulses.
+        error = rig_pan_both(&bench.rig, 69289, -69289);
     }
     if (error == ERROR_OK) {
         error = look_closely(bench);

@@ -38,8 +38,8 @@ struct Tried {
     const char *line;
     // Lines that set what it changes.
     std::vector<std::string> lead;
-    bool keeps_settings;  // also when it works
-    bool is_long;         // so that fewer kinds of failures are tried
+    bool keeps_settings;  // restores the settings also when it succeeds
+    bool is_long;         // long command: fewer kinds of failures are tried
 };
 
 const Tried kAutoexpose = {"autoexpose", {"exposure 700", "gain 2"}, false, false};

@@ -327,7 +327,7 @@ TEST_CASE("the clock, idling and cancellations are replayed where they were reco
     };
     std::vector<std::uint64_t> times;
     record_command(recorder.get(), "one");
-    for (int i = 0; i < 3000; i++) {  // without a call it shows another time every millisecond
+    for (int i = 0; i < 3000; i++) {  // the clock's time changes every millisecond without a call
         backend.time += upto(backend.chance, 9);
         times.push_back(read(ports));
         if (upto(backend.chance, 300) == 0) {
@@ -344,7 +344,7 @@ TEST_CASE("the clock, idling and cancellations are replayed where they were reco
     read(ports);
     record_cancel(recorder.get());
     record_command_end(recorder.get(), ERROR_CANCELLED);
-    CHECK(record_idle(recorder.get(), instrument.get()) == 0);  // without a call: not recorded
+    CHECK(record_idle(recorder.get(), instrument.get()) == 0);  // makes no call: not recorded
     CHECK(recorder->calls == before);
     REQUIRE(record_stop(recorder.get(), &last_error) == 0);
     REQUIRE(session_writer_end(writer.get(), &last_error) == 0);
@@ -462,7 +462,7 @@ TEST_CASE("a session of pairs without calls replays as two cameras") {
             }
             raw_image_release(&frame.image);
         }
-        instrument->pairs++;  // as after a capture
+        instrument->pairs++;  // simulates a capture
     }
     CHECK(replay_is_over(played.value.get()));
 }

@@ -21,7 +21,7 @@ struct Reported {
 
 struct Held {
     bool sda, scl;
-    double from_bit, to_bit;  // from START's fall of SDA on, in bits; -1: never
+    double from_bit, to_bit;  // interval since START's fall of SDA, in bits; -1: never
 };
 
 // One transfer while a line is held low; afterwards it is released and the bus works again.

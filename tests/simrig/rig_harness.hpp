@@ -58,7 +58,7 @@ struct Bench {
     void wake_sensors() {
         CHECK(write(kBridge, 0x56, 1) == I2cStatus::kOk);  // router
         CHECK(write(kBridge, 0x48, 0x00F3) ==
-              I2cStatus::kOk);  // out of reset, clocks and outputs on
+              I2cStatus::kOk);  // reset released, clocks and outputs on
     }
     void set_window(uint8_t address, unsigned columns, unsigned rows, unsigned hblank,
                     unsigned vblank) {

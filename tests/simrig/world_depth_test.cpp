@@ -10,7 +10,8 @@ using namespace world_harness;
 
 namespace {
 
-using Inside = std::function<bool(double x, double y, double z)>;  // in the object's frame
+// Takes a point in the object's frame.
+using Inside = std::function<bool(double x, double y, double z)>;
 
 constexpr double kStepMm = 0.1;
 

@@ -85,8 +85,8 @@ double exposure_for(const world::Camera &camera, double reflectance) {
 
 // An upright edge, as the means of columns show it in one colour of the mosaic.
 struct EdgeSeen {
-    double variance = 0;  ///< of the line spread, px^2
-    double place = 0;     ///< of the edge, array columns
+    double variance = 0;  ///< variance of the line spread, px^2
+    double place = 0;     ///< position of the edge, array columns
 };
 
 // Columns of red and of blue are every second one.

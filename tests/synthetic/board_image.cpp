@@ -12,7 +12,7 @@ namespace synthetic {
 namespace {
 
 constexpr int fine = 3;       // the blur works on pixels a third as wide
-constexpr int samples = 144;  // in a fine pixel that an edge crosses
+constexpr int samples = 144;  // samples in each fine pixel that an edge crosses
 
 // The paint of the board: each point has one of a few grey levels.
 class Paint {

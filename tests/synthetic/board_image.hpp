@@ -32,8 +32,8 @@ BoardPose hold_board(const calib::board &board, const Camera &camera, const Boar
 
 struct BoardLight {
     double dark_grey = 35, light_grey = 205, background_grey = 95;
-    double margin_squares = 1;  // of white paper around the squares
-    double ink_squares = 0;     // that ink has spread beyond every black square, each way
+    double margin_squares = 1;  // width of the white margin around the squares
+    double ink_squares = 0;     // spread of the ink beyond each side of a black square
     double shade = 0;           // brightness falls by this share from the left to the right edge
     double blur_px = 1;         // standard deviation of the lens's blur
     double noise_grey = 2;

@@ -33,14 +33,15 @@ struct Camera {
     int width = 0, height = 0;
     double fx = 0, fy = 0, cx = 0, cy = 0;
     double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
-    double k4 = 0, k5 = 0, k6 = 0;  // of a rational lens; k4 also of an equidistant one
+    double k4 = 0, k5 = 0, k6 = 0;  // used by a rational lens; k4 also by an equidistant one
     bool equidistant = false;       // the coefficients are those of powers of the angle
     Matrix R_camera_world{1, 0, 0, 0, 1, 0, 0, 0, 1};
-    Vector centre_mm;  // in the world
+    Vector centre_mm;  // centre of projection in the world
     VerticalShift vertical;
 
-    Vector ray(const Pixel &pixel) const;        // in the camera; of length 1 if equidistant
-    Vector direction(const Pixel &pixel) const;  // in the world, of any length
+    // Direction in the camera's frame; length 1 if equidistant.
+    Vector ray(const Pixel &pixel) const;
+    Vector direction(const Pixel &pixel) const;  // direction in the world, of any length
     /// None behind the camera, unless it is equidistant.
     std::optional<Pixel> project(const Vector &point_mm) const;
 };

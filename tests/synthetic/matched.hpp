@@ -31,7 +31,7 @@ class Memory {
 /// Images, spans and outputs of one match, with a common lifetime.
 struct Matched {
     int width, height;
-    std::vector<uint8_t> left, right;  // with their strides
+    std::vector<uint8_t> left, right;  // pixels, including those between width and stride
     match_input input{};
     std::vector<int32_t> disparity_q8;
     std::vector<uint8_t> reason, confidence;
@@ -44,7 +44,7 @@ struct Matched {
     }
     double disparity_px(size_t i) const { return disparity_q8[i] / 256.0; }
     bool valid(size_t i) const { return reason[i] == REASON_VALID; }
-    double share(int of_reason) const;  // of all pixels
+    double share(int of_reason) const;  // share of all pixels
 
     /// Points the views at this object's own vectors; call it on a copy.
     void bind();
@@ -64,10 +64,10 @@ Matched run_match(const std::vector<uint8_t> &left, const std::vector<uint8_t> &
 
 /// Statistics of a result against the truth, over the pixels selected by `counts(x, y)`.
 struct Comparison {
-    int pixels = 0;                  // selected
-    int valid = 0;                   // of these
-    int bad_1px = 0, bad_2px = 0;    // of the valid ones: |error| > 1 px, > 2 px
-    double bias_px = 0, rms_px = 0;  // of the valid ones within 1 px
+    int pixels = 0;                  // selected pixels
+    int valid = 0;                   // valid pixels among the selected
+    int bad_1px = 0, bad_2px = 0;    // valid pixels with |error| > 1 px, > 2 px
+    double bias_px = 0, rms_px = 0;  // mean and RMS error of the valid pixels within 1 px
     double valid_share() const { return pixels > 0 ? static_cast<double>(valid) / pixels : 0; }
     double bad_1px_share() const { return valid > 0 ? static_cast<double>(bad_1px) / valid : 0; }
     double bad_2px_share() const { return valid > 0 ? static_cast<double>(bad_2px) / valid : 0; }

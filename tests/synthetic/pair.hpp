@@ -16,7 +16,7 @@ namespace synthetic {
 struct Sensor {
     int bits = 8;
     double gain = 1;
-    double offset = 0;  // of full scale
+    double offset = 0;  // share of full scale
     double gamma = 1;
     double noise_grey = 0;           // sigma of additive noise in 1/255 of full scale
     double full_well_electrons = 0;  // > 0: photon noise of that many electrons at full scale
@@ -25,13 +25,13 @@ struct Sensor {
 struct RenderOptions {
     Sensor left, right;
     int samples = 3;    // samples * samples points per pixel; 1: the pixel's centre only
-    uint64_t seed = 1;  // of the noise
+    uint64_t seed = 1;  // seed of the noise
 };
 
 enum class Visibility : uint8_t {
     Visible,   // seen by both cameras
     Occluded,  // something nearer hides it from the other camera
-    Outside,   // beyond the border of the other camera's image
+    Outside,   // the point is beyond the border of the other camera's image
     Nothing,   // the ray hits no surface
 };
 

@@ -31,15 +31,15 @@ struct RigViewsPlan {
     bool equidistant = false;
     double wide[8] = {0, 0, 0, 0, 0, 0, 0, 0};  // k1 k2 p1 p2 k3 k4 k5 k6
     double warp_mm[2] = {0, 0};  // z = a (2x/width)^2 + b (2y/height)^2 from the board's middle
-    double twist_mm = 0;         // and z = c (2x/width) (2y/height)
+    double twist_mm = 0;         // additional z = c (2x/width) (2y/height)
     double stretch = 0;          // the print's rows are longer by this share, its columns as drawn
     // For every other pair, between the left and the right picture: shift of the board along all
     // its axes; and rotation of the right camera about its vertical axis for the second half of all
     // pairs.
     double moved_mm = 0, displacement_rad = 0;
-    double roll_max_rad = 0.4;  // of the board about its normal
+    double roll_max_rad = 0.4;  // largest rotation of the board about its normal
     double waves_px = 0;        // distortion outside all lens models: sin along both axes
-    double ripple_px = 0;       // likewise along the radius: no polynomial of few terms follows it
+    double ripple_px = 0;       // ripple along the radius: no polynomial of few terms follows it
     bool all_in_view = true;    // false: corners outside an image are simply not seen
 };
 
@@ -49,7 +49,7 @@ RigViewsPlan handheld_plan();
 struct RigViews {
     calib::observations seen;
     Rig rig;
-    Vector rotation_rad, translation_mm;  // of the right camera
+    Vector rotation_rad, translation_mm;  // pose of the right camera
     // T_left_board, the board's frame as in calib/base/board.hpp.
     std::vector<Matrix> R_left_board;
     std::vector<Vector> t_left_board_mm;

@@ -60,7 +60,7 @@ class Noise {
 struct Texture {
     enum class Kind { Noise, Constant, Stripes };
     Kind kind = Kind::Noise;
-    double mean = 0.45;       // of full scale
+    double mean = 0.45;       // mean reflectance as a share of full scale
     double contrast = 0.15;   // sigma of the noise, amplitude of the stripes
     double cell_mm = 1;       // noise cell, or period of the stripes along x
     double coarse_share = 0;  // 0..1: share of the contrast in cells four times as large

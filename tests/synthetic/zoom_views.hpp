@@ -22,7 +22,7 @@ struct ZoomLens {
     double ripple_mm = 0, ripple_periods = 6.3, ripple_phase_rad = 0.7;
     double pixel_mm = 0.0032;
     Pixel centre_px{6, -4},
-        centre_drift_px{15, -10};  // from the middle of the image; over the zoom
+        centre_drift_px{15, -10};  // offset from the image's middle; drift over the zoom
     double centre_ripple_px = 0;
     double barrel_wide = -0.06, barrel_tele = 0.01;  // share of the radius at the corner
     double fourth = 0.01, decentring_px = 0.5;
@@ -79,9 +79,9 @@ double toe_in_rad(const ZoomPlan &plan, int side);
 struct ZoomViews {
     calib::zoom_observations seen;
     ZoomRig rig;
-    double pan_off_rad[2] = {0, 0};                          // of the last visit
+    double pan_off_rad[2] = {0, 0};                          // pan error of the last visit
     std::vector<std::string> wrong_views;                    // names of the images
-    std::vector<std::pair<std::string, int>> wrong_corners;  // and index of the corner
+    std::vector<std::pair<std::string, int>> wrong_corners;  // image's name, corner's index
 };
 
 ZoomViews make_zoom_views(const ZoomPlan &plan, uint64_t scene_seed, uint64_t noise_seed);

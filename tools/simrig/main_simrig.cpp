@@ -110,7 +110,7 @@ WallClock wall_clock() {
 
 /// How to build the rig, and the past to replay on it.
 struct Plan {
-    LogHead head;  ///< with names as given
+    LogHead head;  ///< names as given on the command line or in the log
     std::string rig_path, scene_path;
     std::shared_ptr<world::Scene> scene;
     std::vector<LogEntry> past;

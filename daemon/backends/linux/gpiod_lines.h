@@ -17,7 +17,7 @@ extern "C" {
 /// Location of a line of the interface.
 struct gpiod_line_location {
     const char *chip;  ///< "/dev/gpiochip0"; NULL: the line does not exist
-    unsigned offset;   ///< on the chip
+    unsigned offset;   ///< number of the line on the chip
     bool active_low;
     bool active_at_start;  ///< initial level of an output
 };
@@ -26,7 +26,7 @@ struct gpiod_line_location {
 struct gpiod_lines {
     struct hal_gpio hal;
     struct gpiod_shim *lines[HAL_GPIO_LINES];
-    struct device_file_identity chips[HAL_GPIO_LINES];  ///< of the lines' chips
+    struct device_file_identity chips[HAL_GPIO_LINES];  ///< identity of each requested line's chip
     bool closed;  ///< the lines were to be requested but are not
     bool gone;    ///< the chip was unplugged
 };

@@ -25,7 +25,7 @@ extern "C" {
 struct i2c_dev {
     struct hal_i2c hal;
     int fd;
-    unsigned long timeout_10ms;  ///< of the adapter; 0: not set yet
+    unsigned long timeout_10ms;  ///< timeout that the adapter has now; 0: not set yet
 };
 
 /// Initialises a closed bus: its transfers return ERROR_DEVICE.

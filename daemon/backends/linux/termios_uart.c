@@ -107,7 +107,7 @@ static int make_raw(int fd, speed_t speed) {
     settings.c_cflag &= ~(tcflag_t)(CSTOPB | CRTSCTS);
     settings.c_cflag |= CLOCAL | CREAD;
     settings.c_iflag &= ~(tcflag_t)(IXON | IXOFF);
-    settings.c_cc[VMIN] = 1;  // so that 0 bytes mean end of file, not that no byte is available
+    settings.c_cc[VMIN] = 1;  // a read of 0 bytes means end of file, not that no byte is available
     settings.c_cc[VTIME] = 0;
     if (cfsetispeed(&settings, speed) != 0 || cfsetospeed(&settings, speed) != 0 ||
         tcsetattr(fd, TCSANOW, &settings) != 0) {

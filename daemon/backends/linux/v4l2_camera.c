@@ -13,10 +13,10 @@
 #include "daemon/base/raw_memory.h"
 
 enum {
-    RESTARTS_MAX = 3,         // per call
-    PAUSE_US = 20000,         // before the second restart in a row; doubled before the third
+    RESTARTS_MAX = 3,         // maximum number of restarts in one call
+    PAUSE_US = 20000,         // pause before the second restart in a row; doubled before the third
     MISSED_FRAMES = 3,        // the stream is broken after this many frame times without a frame
-    MISSED_US = 100000,       // but not before this time
+    MISSED_US = 100000,       // shortest time after which the stream is considered broken
     FIRST_FRAME_US = 2000000  // webcams take this long to start
 };
 

@@ -48,11 +48,11 @@ struct v4l2_camera {
     struct hal_camera_counts counts;
 
     bool has_sequence;
-    uint32_t driver_sequence, sequence;  ///< of the last frame: the driver's, this object's
+    uint32_t driver_sequence, sequence;  ///< numbers of the last frame: the driver's, this object's
     /// When the last frame came or the stream was started, plus the time since then without a
     /// caller that waits: some drivers make frames for one only.
     uint64_t alive_us;
-    uint64_t returned_us;  ///< when the last caller stopped waiting
+    uint64_t returned_us;  ///< time at which the last caller stopped waiting
     uint32_t timeout_us;   ///< time limit for the next frame
 };
 

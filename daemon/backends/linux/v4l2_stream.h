@@ -26,17 +26,17 @@ struct v4l2_stream_buffer {
     const uint8_t *data;
     size_t bytes;
     struct v4l2_stream_mapping *mapping;
-    uint64_t queued_us;  ///< when it was last queued
+    uint64_t queued_us;  ///< time at which the buffer was last queued
     bool queued;
 };
 
 /// The caller owns it.
 struct v4l2_stream {
     int fd;
-    char driver[16], card[32], bus[32];  ///< as reported by the driver; valid while open
+    char driver[16], card[32], bus[32];  ///< names reported by the driver; valid while open
     const struct v4l2_pixels *format;
-    struct v4l2_pixels_source layout;  ///< of every buffer; `data` and `bytes` are not set
-    uint32_t buffer_bytes;             ///< of one, as reported with the format
+    struct v4l2_pixels_source layout;  ///< layout of all buffers; `data` and `bytes` are not set
+    uint32_t buffer_bytes;             ///< size of one buffer, as reported with the format
     uint32_t frame_us;                 ///< frame interval reported by the driver; 0: not reported
     struct v4l2_stream_buffer buffers[V4L2_STREAM_BUFFERS_MAX];
     unsigned count;

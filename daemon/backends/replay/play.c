@@ -26,8 +26,8 @@ struct play {
     struct rig rig;
     struct command table[TABLE_MAX];
     size_t table_count;
-    bool cancelled;          ///< by the observer
-    bool command_cancelled;  ///< as recorded
+    bool cancelled;          ///< the observer has asked to stop
+    bool command_cancelled;  ///< the recording says that this command was cancelled
     bool taken;              ///< `again` holds a pair that is not yet compared
     struct session_event again;
     char line[2][SESSION_LINE_MAX + 1];

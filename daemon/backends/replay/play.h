@@ -26,9 +26,10 @@ struct play_observer {
 
 /// The result.
 struct play_outcome {
-    char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];  ///< of the recorder
-    uint32_t commands, calls, pairs;                                  ///< that matched
-    bool same;                                                        ///< everything matched
+    /// Build and profile of the recorder.
+    char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];
+    uint32_t commands, calls, pairs;  ///< numbers of successful comparisons
+    bool same;                        ///< everything matched
     bool cut;  ///< the recording was cut off (a kill, a full disk) and replayed up to there
     uint32_t command, call;   ///< position of the first difference, from 1; 0: none
     struct message mismatch;  ///< the difference; "" if there is none

@@ -41,12 +41,13 @@ struct replay_camera {
 
 struct replay {
     struct session_reader session;
-    struct session_event event;                                       // for the reader
-    char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];  // of the recorder
-    uint32_t commands;                                                // in the index
-    bool has_calls;                                                   // else pairs only
-    bool cut;                                                         // the recording was cut off
-    struct rig_ports ports;                                           // the ports it provides
+    struct session_event event;  // the event that was read last
+    // Build and profile of the recorder.
+    char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];
+    uint32_t commands;       // number of commands in the index
+    bool has_calls;          // false: the session has pairs only
+    bool cut;                // the recording was cut off
+    struct rig_ports ports;  // the ports it provides
     struct hal_clock clock;
     struct hal_i2c i2c;
     struct hal_i2c_operations i2c_operations;
@@ -65,11 +66,11 @@ struct replay {
     const struct rig *rig;
 
     FILE *log;             // calls.log
-    uint32_t line;         // of `text`
+    uint32_t line;         // number of the line in `text`
     uint32_t lines;        // valid lines: up to the last matching check
     uint32_t calls;        // calls among them that are still to be made
     uint32_t made;         // calls that were made
-    uint32_t answer_line;  // of `answered`
+    uint32_t answer_line;  // number of the line in `answered`
     enum { REPLAY_NOTHING, REPLAY_CALL, REPLAY_TIME, REPLAY_IDLE } next;  // what `text` is
     char text[REPLAY_LINE_BYTES];                                         // read ahead
     char answered[REPLAY_LINE_BYTES];                                     // the last call
@@ -78,12 +79,12 @@ struct replay {
     struct message last_error;  // the reason; "" if there is none
     uint64_t now_us;
     uint64_t next_us;            // REPLAY_TIME: the time from read `next_reads` on
-    unsigned reads, next_reads;  // of the clock, since the last line
+    unsigned reads, next_reads;  // clock reads since the last line; the read that takes `next_us`
 
     struct session_event *pairs;  // allocated; pairs only
     uint32_t pair_count;
     uint32_t next_pair;     // the pair that both cameras show
-    uint32_t pairs_of_rig;  // when `next_pair` was set
+    uint32_t pairs_of_rig;  // the rig's count of pairs when it was last checked
 };
 
 /// Opens the session `path` (see session_reader_open) and checks calls.log up to the last line that

@@ -10,7 +10,8 @@
 #include "daemon/backends/replay/replay.h"
 
 #define WAIT_OVER_US 1000000u  // added by each clock read after the replay has ended
-#define READS_MAX 10000000u  // of the clock between two lines: a recording takes a new time before
+// Most clock reads between two lines of the log; a recording has a new time earlier.
+#define READS_MAX 10000000u
 
 // ---- the log
 
@@ -264,7 +265,7 @@ static int i2c_lines(void *context, unsigned pulled, unsigned *high) {
 static int uart_write(void *context, const void *data, size_t bytes, uint64_t deadline_us) {
     const uint8_t *at = data;
     int code = 0;
-    while (code == 0 && bytes > 0) {  // in the pieces that the recorder writes
+    while (code == 0 && bytes > 0) {  // one call for each piece that the recorder writes
         const size_t some = bytes < TRACE_BYTES_MAX ? bytes : TRACE_BYTES_MAX;
         char sent[TRACE_LINE_MAX + 1];
         const char *rest;

@@ -17,7 +17,7 @@ extern "C" {
 /// The port. The caller owns it and the connection, which must outlive all users.
 struct sim_camera {
     struct sim_connection *connection;
-    size_t max_px;  ///< of a frame
+    size_t max_px;  ///< largest frame that the port can deliver
     bool started, armed;
     struct hal_camera_format format;
     struct hal_camera_counts counts;

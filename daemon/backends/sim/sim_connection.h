@@ -25,7 +25,9 @@ struct sim_connection {
     int socket;  ///< not connected, or the rig has gone
     bool wall;   ///< the rig runs in real time
     bool met;    ///< a rig has answered: `wall` is known
-    bool idled;  ///< in real time: the idle instrument was serviced since it was last asked about
+    /// Real time only: the last answer was that idle work is due, so the next one is that it is
+    /// not.
+    bool idled;
     int timeout_ms;
     uint16_t tag;
     uint64_t now_us;                 ///< latest time reported by the rig
@@ -38,8 +40,9 @@ struct sim_exchange {
     uint16_t type;  ///< SIMRIG_*
     const void *body;
     size_t bytes;
-    int32_t status;  ///< of the reply: SIMRIG_*; the fields below are filled if it carries data
-    uint8_t *head;   ///< receives the first bytes of the reply: exactly `head_bytes`
+    /// Status of the reply, SIMRIG_*; the fields below are filled if it carries data.
+    int32_t status;
+    uint8_t *head;  ///< receives the first bytes of the reply: exactly `head_bytes`
     size_t head_bytes;
     uint8_t *rest;  ///< receives the following bytes; excess is dropped
     size_t rest_capacity;
@@ -49,8 +52,8 @@ struct sim_exchange {
 /// How long to wait for a rig that starts: it listens at once, and answers once its scene is
 /// prepared.
 struct sim_wait {
-    int listener_ms;  ///< until something listens there
-    int answer_ms;    ///< then until it answers
+    int listener_ms;  ///< time limit until something listens at the address
+    int answer_ms;    ///< time limit from then on until the rig answers
     /// Called about twenty times a second with the time waited; false: give up. May be NULL.
     bool (*go_on)(void *self, int64_t waited_ms);
     void *self;

@@ -11,7 +11,7 @@
 
 static uint64_t now_us(void *self) {
     struct sim_connection *connection = self;
-    sim_connection_ask_time(connection);  // if it has gone, the last known time remains
+    sim_connection_ask_time(connection);  // keeps the last known time if the rig has gone
     return connection->now_us;
 }
 

@@ -21,7 +21,7 @@ struct hal_clock sim_clock_hal(struct sim_connection *connection);
 /// The bus. Its lines cannot be driven individually.
 struct sim_i2c {
     struct sim_connection *connection;
-    uint32_t speed_hz;  ///< of SCL
+    uint32_t speed_hz;  ///< clock rate of SCL
 };
 
 struct hal_i2c sim_i2c_hal(struct sim_i2c *self);

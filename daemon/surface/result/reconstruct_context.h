@@ -58,8 +58,8 @@ enum reconstruct_unit { RECONSTRUCT_MM, RECONSTRUCT_CM, RECONSTRUCT_M };
 struct reconstruct_context {
     const struct reconstruct_caller *caller;
     const struct reconstruct_result *result;
-    const struct calibration *calibration;      // in use; of the shrunk images if `shrink` > 1
-    const struct reconstruct_options *options;  // in use
+    const struct calibration *calibration;      // the one in use; for shrunk images if `shrink` > 1
+    const struct reconstruct_options *options;  // the options in use
     struct raw_image left, right;               // raw images as passed to the core
     struct picture_stats picture[2];            // statistics of left and right
 
@@ -68,7 +68,7 @@ struct reconstruct_context {
     const char *calibration_path;    // NULL: not given (--rectified)
     const char *calibration_format;  // e.g. "vergence", "OpenCV", "assumed"; never NULL
     const char *ground_truth_path;   // NULL: not given
-    const char *mask_path;           // of the ground truth; NULL: not given
+    const char *mask_path;           // mask of the ground truth; NULL: not given
     double ground_truth_scale;       // disparity = value / scale in 8 bit truth; 0: not stated
 
     /// Description of an accepted mismatch between calibration and pair; "": no mismatch.
@@ -83,8 +83,8 @@ struct reconstruct_context {
     /// The calibration was corrected by what the pair shows; `self_calibration` describes how far.
     bool self_calibrated;
     struct adjust_report self_calibration;
-    uint32_t with_pair;   // of the session, to help with it; 0: none
-    bool with_pair_used;  // it did
+    uint32_t with_pair;   // number of the second pair that helps with this one; 0: none
+    bool with_pair_used;  // the second pair did help
     struct wide_pair_report wide_pair;
 
     /// Standard deviation that all depths share, at the median depth: see
@@ -110,9 +110,9 @@ struct reconstruct_context {
 
     int threads;
     uint64_t read_us;       // reading images and calibration
-    uint64_t total_us;      // until the end of the last stage, without writing
+    uint64_t total_us;      // time until the end of the last stage, without writing
     size_t arena_bytes;     // given to the pipeline; result->arena_peak_bytes were used
-    size_t rss_peak_bytes;  // of the process when the last stage ended
+    size_t rss_peak_bytes;  // peak memory of the process when the last stage ended
     const char *version, *build_id;
 };
 

@@ -90,7 +90,7 @@ static uint32_t find_rank(const uint32_t *counts, uint32_t *rank) {
 struct quantiles {
     point_value *value_of;
     uint32_t found[RESULT_FIGURES_QUANTILES];  ///< the digits so far
-    uint32_t rank[RESULT_FIGURES_QUANTILES];   ///< among the points that share them
+    uint32_t rank[RESULT_FIGURES_QUANTILES];   ///< ranks among the points that share these digits
     /// Histograms of the next digit of these points.
     uint32_t counts[RESULT_FIGURES_QUANTILES][DIGIT_VALUES];
 };
@@ -100,7 +100,7 @@ enum { DEPTH, SIGMA, VALUES };
 struct spread {
     const struct reconstruct_result *result;
     struct quantiles quantiles[VALUES];
-    int shift;  ///< of the digit to be counted
+    int shift;  ///< position of the digit to be counted, in bits
 };
 
 static void count_digits(void *cookie, const struct surface_part *part) {

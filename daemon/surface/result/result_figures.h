@@ -31,8 +31,8 @@ enum { RESULT_FIGURES_QUANTILES = 3 };
 /// Quantiles of depth and sigma of the measured points; extreme values would be dominated by single
 /// points.
 struct result_figures_quantiles {
-    double depth_mm[RESULT_FIGURES_QUANTILES];  // of 1 %, 50 % and 99 % of the points
-    double sigma_mm[RESULT_FIGURES_QUANTILES];  // of 5 %, 50 % and 95 %
+    double depth_mm[RESULT_FIGURES_QUANTILES];  // quantiles for 1 %, 50 % and 99 % of the points
+    double sigma_mm[RESULT_FIGURES_QUANTILES];  // quantiles for 5 %, 50 % and 95 % of the points
 };
 
 /// Needs at least one point. False if out of memory (`spread` is unchanged).

@@ -40,7 +40,7 @@ struct rig_autoexposure_side {
     uint32_t exposure_us;
     uint16_t gain_q3;
     int32_t iris;      ///< counts; INT32_MIN: no motor
-    double mean;       ///< of green, part of the range above black
+    double mean;       ///< mean of green, as a part of the range above black
     double saturated;  ///< part of all values
     /// Mean of the middle half of the field, at the same setting; of a region that of all of it.
     double middle;

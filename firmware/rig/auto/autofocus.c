@@ -23,11 +23,11 @@ enum {
     // Windows below half of the range are still measured well: the search may be darker by this.
     DARKER = 4,
     GAIN_MAX_Q3 = 64,
-    FRAME_US = 4000,  // between frames of a region, besides their exposure
+    FRAME_US = 4000,  // time from frame to frame of a region, in addition to the exposure
     REST_READINGS = 4,
     TURN_US = 5000,
-    SHARE_US = 150000,           // from a reading of the other lens to its next one, in a sweep
-    POSITION_DELAY_US = 400000,  // until the readings around a time have come
+    SHARE_US = 150000,           // interval between readings of the other lens during a sweep
+    POSITION_DELAY_US = 400000,  // delay until the readings around a time have come
     PENDING_MAX = 128,
     RESTS_WITHIN = 2,  // counts
 };
@@ -48,9 +48,9 @@ struct pending {
 
 // Where a search is.
 enum focuser_state {
-    FOCUSER_WAITING,  // for what the other lens finds
-    FOCUSER_READY,    // for its step
-    FOCUSER_MOVING,   // in a step without frames, while the other lens may have the camera port
+    FOCUSER_WAITING,  // waits for what the other lens finds
+    FOCUSER_READY,    // may take its next step
+    FOCUSER_MOVING,   // takes a step without frames: the other lens may have the camera port
     FOCUSER_ENDED
 };
 
@@ -72,13 +72,13 @@ struct focuser {
     bool followed;     // begun where the other lens, whose search had not ended, saw a peak
     bool repeated;
     uint64_t begin_us;
-    bool own_control;           // of the camera's focus, instead of a motorized lens
+    bool own_control;           // moves the camera's own focus instead of a motorized lens
     uint32_t full_exposure_us;  // 0: the search has no other one
     uint16_t full_gain_q3;
     double counts_per_s;
     struct pending *pending;  // PENDING_MAX, of the sweep under way
     unsigned waiting;
-    double last_position;  // of a sample of this leg
+    double last_position;  // position of the last sample of this leg
     bool has_last;
 };
 

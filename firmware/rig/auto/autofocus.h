@@ -32,9 +32,9 @@ enum {
 };
 
 struct rig_autofocus_options {
-    struct rig_rectangle region_px;  ///< as rig_region_begin, each side
-                                     ///< RIG_AUTOFOCUS_REGION_MIN_PX .. FOCUS_WINDOW_MAX_PX;
-                                     ///< width 0: in the middle
+    /// Region as in rig_region_begin, each side RIG_AUTOFOCUS_REGION_MIN_PX .. FOCUS_WINDOW_MAX_PX;
+    /// width 0: in the middle.
+    struct rig_rectangle region_px;
     enum focus_measure measure;
     enum focus_choice choice;
     bool whole_range;  ///< sweep everything, whatever is known
@@ -45,8 +45,8 @@ struct rig_autofocus_options {
 /// cameras (rig/base/rig_state.h), whose `done` says whether it was searched to the end. Returns 0
 /// whatever the verdicts are; ERROR_ARGUMENT, ERROR_NOT_CONNECTED, ERROR_NOT_READY, ERROR_RANGE
 /// before anything moves; ERROR_JAMMED (the verdict says so too), ERROR_CANCELLED and errors of the
-/// parts, with the ring at rest and the camera as it was, or the rig RIG_SAFE. A lens controller that
-/// has gone cannot stop its ring, which then ends where it was sent, within its range.
+/// parts, with the ring at rest and the camera as it was, or the rig RIG_SAFE. A lens controller
+/// that has gone cannot stop its ring, which then ends where it was sent, within its range.
 int rig_autofocus(struct rig *self, unsigned sides, const struct rig_autofocus_options *options);
 
 #ifdef __cplusplus

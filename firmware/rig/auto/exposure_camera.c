@@ -15,11 +15,11 @@ enum {
     FIELD_WIDTH_PX = 96,
     FIELD_HEIGHT_PX = 72,
     SHARED_SCALE = 3,    // the shared field has so many times more
-    SHARED_PERIODS = 2,  // of the mains
+    SHARED_PERIODS = 2,  // mains periods that a measurement of the shared field covers
     SKIP_MAX = 8,
     // More gain is digital: it only loses range.
     GAIN_MAX_Q3 = 64,
-    FRAMES_MAX = 32,  // of one measurement
+    FRAMES_MAX = 32,  // largest number of frames in one measurement
     SPREAD_FRAMES = 4,
     // A pair behind the bridge is taken within four frame periods and this time; see rig/pair.h.
     PAIR_FRAMES = 4,
@@ -272,7 +272,7 @@ void exposure_report(const struct exposure_job *job) {
 // The least and the largest mean of a frame in a measurement.
 struct spread {
     double least, most;
-    uint64_t greens, sum;  // of the frames so far
+    uint64_t greens, sum;  // number and sum of the green values in the frames so far
     int frames;
 };
 

@@ -21,7 +21,7 @@ enum exposure_field {
 struct exposure_light {
     struct exposure_measure measure;
     double shared;   ///< mean of the field that both cameras see, of EXPOSURE_WHOLE_FIELD
-    double spread;   ///< of the means of its frames, as a part; 0: too few frames
+    double spread;   ///< spread of the means of its frames, relative; 0: too few frames
     double real_us;  ///< exposure x gain
     double exposure_us;
 };
@@ -35,8 +35,8 @@ struct exposure_job {
     uint32_t measured;                          ///< settings so far
     struct exposure_setting before[RIG_SIDES];  ///< 0: not known
     bool keep_iris, iris_moved;
-    int32_t iris;               ///< where it is now
-    enum exposure_field field;  ///< of the region that runs
+    int32_t iris;               ///< present position of the iris
+    enum exposure_field field;  ///< field of the running region
     struct exposure_histogram all, shared;
 };
 

@@ -20,7 +20,7 @@ extern "C" {
 
 enum {
     RIG_IRIS_LEARN_POINTS = 12,
-    RIG_IRIS_LEARN_REGION_PX = 128,  ///< in the middle of the frame
+    RIG_IRIS_LEARN_REGION_PX = 128,  ///< side of the region in the middle of the frame
 };
 
 /// Learns the iris of a lens and stores the table in its `learned`. Returns 0; ERROR_NOT_CONNECTED;

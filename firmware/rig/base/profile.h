@@ -27,7 +27,7 @@ enum {
 /// Data sheet of the lenses and of the sensors; each 0: not known. See focus/lens_optics.h.
 struct rig_profile_optics {
     uint32_t focal_length_wide_um, focal_length_tele_um;
-    uint32_t focus_nearest_um;                ///< in focus at the upper end of the focus ring
+    uint32_t focus_nearest_um;  ///< distance in focus at the upper end of the focus ring
     uint16_t f_number_open, f_number_closed;  ///< 1/1000
     uint16_t pixel_nm;                        ///< distance from pixel to pixel
 };
@@ -47,13 +47,13 @@ struct rig_profile {
     int32_t pan_min_urad, pan_max_urad;
     uint32_t pan_repeatability_urad;  ///< standard deviation of an angle that is approached again
 
-    const struct lens_driver *lens_driver;  ///< of the lens controller; NULL: fixed lenses
+    const struct lens_driver *lens_driver;  ///< driver of the lens controller; NULL: fixed lenses
     struct lens_settings lens;
     struct rig_profile_optics optics;
 
     uint16_t width_px, height_px;  ///< full frames
     uint32_t frame_us;             ///< longest time between frames of cameras without a known rate
-    uint32_t skew_limit_us;        ///< between the two frames of a pair
+    uint32_t skew_limit_us;        ///< longest time between the two frames of a pair
     uint8_t mains_hz;              ///< its lamps flicker at twice this; 0: constant light
 
     bool trigger;         ///< cameras with ports of their own expose on the pulse of a line

@@ -99,7 +99,7 @@ enum { RIG_EXPOSURE_MAX_US = 10000000 };
 
 /// A part of a camera's frame.
 struct rig_rectangle {
-    uint16_t column_px, row_px;  ///< of its corner
+    uint16_t column_px, row_px;  ///< top left corner
     uint16_t width_px, height_px;
 };
 
@@ -113,13 +113,13 @@ struct rig_error {
 enum rig_state {
     RIG_DOWN,  ///< not brought up
     RIG_READY,
-    RIG_SAFE,  ///< after a failure: `bringup` again
+    RIG_SAFE,  ///< made safe after a failure: `bringup` again
 };
 
 /// State of a part when it was last used.
 struct rig_part_health {
     bool present;
-    int error;  ///< of the last use; 0: it worked
+    int error;  ///< error of the last use; 0: it worked
     uint32_t uses, failures;
     uint64_t last_us;  ///< time of the last successful use
 };
@@ -153,13 +153,13 @@ struct rig_lens {
                                 ///< rig/lens_move.h
     uint8_t moving;             ///< bits of the axes that a move has
     struct lens_reading readings[LENS_AXES];      ///< the last ones; time 0: none
-    uint64_t stopped_at_us;                       ///< when it was last seen to have arrived
+    uint64_t stopped_at_us;                       ///< time when it was last seen to have arrived
     struct rig_lens_track track[RIG_LENS_TRACK];  ///< the last readings, in turn
     uint32_t tracked;                             ///< number of readings; wraps
     uint64_t rest_us[LENS_AXES];  ///< an axis is at rest from then on; UINT64_MAX: it may move
     struct lens_learned learned;  ///< outlives the bring-up; see rig/rig_optics.h
-    int32_t focused_q4;           ///< where autofocus last found the object, 1/16 count,
-    uint64_t focused_us;          ///< and when; 0: never
+    int32_t focused_q4;           ///< position where autofocus last found the object, 1/16 count
+    uint64_t focused_us;          ///< time when autofocus last found the object; 0: never
 };
 
 /// The last autofocus of a camera. Positions in counts of the lens, or parts of a focus control.
@@ -167,9 +167,9 @@ struct rig_focus {
     bool done;          ///< it was searched to the end
     bool was_expected;  ///< the search began where the peak was expected
     struct rig_rectangle region_px;
-    uint32_t duration_ms;        ///< until this lens was done, from the begin of the call
+    uint32_t duration_ms;        ///< time from the start of the call until this lens was done
     uint32_t frames;             ///< read
-    struct focus_search search;  ///< with curve and result
+    struct focus_search search;  ///< the search with its curve and result
 };
 
 /// One of the two cameras, with its lens and its pan servo.
@@ -178,16 +178,16 @@ struct rig_camera {
     struct rig_lens lens;
     struct rig_focus focus;
     uint16_t pan_q4;               ///< pulse width of the last command
-    uint64_t pan_stopped_at_us;    ///< when the horn stops
-    uint32_t exposure_us;          ///< as set; 0: never set, or not known
-    uint32_t initial_exposure_us;  ///< found in the camera at the bring-up; 0: as above
+    uint64_t pan_stopped_at_us;    ///< time when the horn stops
+    uint32_t exposure_us;          ///< exposure last set; 0: never set, or not known
+    uint32_t initial_exposure_us;  ///< exposure found in the camera at the bring-up; 0: not known
     uint16_t gain_q3;
-    uint16_t initial_gain_q3;  ///< as initial_exposure_us
-    uint16_t focus_steps;      ///< of its own focus control; 0: it has none
+    uint16_t initial_gain_q3;  ///< gain found in the camera at the bring-up; 0: not known
+    uint16_t focus_steps;      ///< steps of its own focus control; 0: it has none
     int32_t focus_part;        ///< 0 .. 1000 of the range of that, as set or found
     uint64_t settled_at_us;    ///< frames that begin at this time or later have the new settings
     bool streaming;            ///< its source delivers frames
-    uint64_t started_us;       ///< when its stream started
+    uint64_t started_us;       ///< time when its stream started
     bool frame_pending;        ///< the frame of the last trigger pulse has not been taken yet
 };
 
@@ -208,9 +208,9 @@ struct rig {
     struct rig_camera camera[RIG_SIDES];
     bool bridge_lost;       ///< the bridge does not accept feeds, and the rig was not yet
                             ///< made safe
-    uint64_t triggered_us;  ///< when the trigger line last went active
+    uint64_t triggered_us;  ///< time when the trigger line last went active
     struct hal_camera_format format;
-    struct lens_object object;  ///< that a lens was last focused on; outlives the bring-up
+    struct lens_object object;  ///< object that a lens was last focused on; outlives the bring-up
     uint32_t pairs;             ///< number taken since the bring-up
     uint64_t fed_us;            ///< last feed of the bridge's watchdog
     /// Time of the last feed that arrived since the bring-up (0: none), and the longest interval

@@ -89,7 +89,7 @@ struct calibration_fault {
     int line;            // 1-based; 0 if it does not concern a single line
     const char *field;   // name of the field, static storage; "" if it does not concern a field
     const char *reason;  // what is wrong, static storage; "" if the code is enough
-    uint32_t crc;        // with ERROR_CRC: the correct checksum of the text
+    uint32_t crc;        // correct checksum of the text; set with ERROR_CRC
 };
 
 #ifdef __cplusplus

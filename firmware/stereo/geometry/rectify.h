@@ -40,8 +40,8 @@ struct rectify_options {
     double scale;                        // 1 keeps the raw resolution; (0, 4]
     int region_x_px, region_y_px;        // sub-window of the rectified image (after scaling);
     int region_width_px, region_height_px;  // width 0: whole image
-    int disparity_min;                      // with disparity_count > 0: overrides the disparities
-    int disparity_count;                    // of the depth range
+    int disparity_min;                      // first disparity, if disparity_count > 0
+    int disparity_count;                    // > 0: overrides the disparities of the depth range
     bool allow_beyond;  // disparities beyond infinity are kept, without a depth: of a pair whose
                         // infinity is assumed to be at 0
 };
@@ -49,7 +49,7 @@ struct rectify_options {
 /// Depth range if none is stated: around the vergence depth for a verged pair, else disparities up
 /// to a quarter of the width. Both ends are in the plan.
 struct rectify_plan {
-    int width_px, height_px;  // of both rectified images
+    int width_px, height_px;  // size of both rectified images
     double f_px, fy_px;       // equal unless the input was rectified with fx != fy
     double cx_left_px, cx_right_px, cy_px;
     double baseline_mm;                  // > 0
@@ -85,12 +85,13 @@ struct rectify_table {
     int32_t *x_q16, *y_q16;  // nodes, row-major, in the arena of the table
     int columns, rows;       // node counts; node (i, j) is at ((i - 1) step, (j - 1) step)
     int step_log2;
-    struct rectify_span *view;  // per row, the columns within the lens' view, independent of the
-                                // raw coordinates; in the same arena. NULL: all
-    int width_px, height_px;    // of the rectified image
+    // Columns of each row within the lens' view, independent of the raw coordinates; in the same
+    // arena. NULL: all.
+    struct rectify_span *view;
+    int width_px, height_px;  // size of the rectified image
     int raw_width_px, raw_height_px;
     bool identity;                 // no nodes: rectified (x, y) is raw (x, y) + offset
-    int offset_x_px, offset_y_px;  // of a region of an identity; else 0
+    int offset_x_px, offset_y_px;  // offset for a region of an identity; else 0
 };
 
 /// Allocates the nodes from `arena`. ERROR_MEMORY; ERROR_DISTORTION if a node cannot be computed.

@@ -21,7 +21,7 @@ static const double FACING_MIN = 0.2;
 // Parallax of the working range.
 struct parallax {
     double far, near;  // far >= 0: 0 is infinity
-    double verged;     // of the vergence point; 0 for a parallel pair
+    double verged;     // parallax of the vergence point; 0 for a parallel pair
     double margin_px;  // searched in addition to a stated range, so that its ends can be refined
     bool assumed;
 };

@@ -35,8 +35,8 @@ size_t rectify_table_need_bytes(const struct rectify_plan *plan) {
 struct source {
     const struct lens *lens;
     const double *R_rect_camera;
-    double cx_px, cy_px, f_px, fy_px;  // of the rectified image
-    double view_radius;                // of the lens; INFINITY: no bound
+    double cx_px, cy_px, f_px, fy_px;  // intrinsics of the rectified image
+    double view_radius;                // radius of the lens' view; INFINITY: no bound
 };
 
 static int32_t node_q16(double pixel_px) {

@@ -9,7 +9,7 @@
 #include "stereo/geometry/geometry.h"
 
 enum {
-    SIDE_SAMPLES = RECTIFY_OUTLINE_POINTS / 4,  // of each of the four sides of an image
+    SIDE_SAMPLES = RECTIFY_OUTLINE_POINTS / 4,  // samples on each of the four sides of an image
     ROW_LEVELS = 256,
 };
 

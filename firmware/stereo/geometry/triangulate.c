@@ -119,7 +119,7 @@ static int64_t scale(int64_t value, int64_t factor, int bits) {
 struct passing {
     int64_t left_q26, right_q26;  // s and t as 1 + these
     int64_t inverse_root_n_q30;
-    int64_t sensitivity_q16;  // of the parallax to the residual: (q x + 2 k) / N
+    int64_t sensitivity_q16;  // change of the parallax per residual: (q x + 2 k) / N
 };
 
 static struct passing find_passing(int64_t x_q27, int64_t y_q27, int64_t e_q27, int64_t k_q30) {
@@ -187,12 +187,12 @@ static bool meet_off_row(const struct triangulate_plan *plan, int x, int y, int6
     if (e_q16 > parallax_q16 || -e_q16 > parallax_q16) {
         return false;
     }
-    const int64_t e_q27 = (e_q16 * plan->pixel_slope_x_q43) >> 32;  // below 1/4
+    const int64_t e_q27 = (e_q16 * plan->pixel_slope_x_q43) >> 32;  // its magnitude is below 1/4
     const int64_t k_q30 = e_q32 * (1 << 14) / parallax_q16;
     const struct passing passing = find_passing(x_q27, y_q27, e_q27, k_q30);
     const int64_t one_q26 = 1 << 26;
     if (passing.left_q26 <= -one_q26 || passing.right_q26 <= -one_q26) {
-        return false;  // behind a camera
+        return false;  // the point is behind a camera
     }
     const int64_t tk_q26 = (k_q30 * (one_q26 + passing.right_q26)) >> 30;
     const int64_t apart_q16 = (plan->baseline_um * (k_q30 < 0 ? -k_q30 : k_q30)) >> 14;

@@ -13,14 +13,14 @@ enum {
     // A longer exposure counts where it is predicted to stay below this part of the range.
     USABLE_PARTS = 15,
     ALL_PARTS = 16,
-    DESIGN_PARTS = 16,  // of the range, that the weights are best for
+    DESIGN_PARTS = 16,  // 1/n of the range: the signal that the weights are best for
     SQUARE = 4,
     VALUES = SQUARE * SQUARE,
     SIGMAS = 5,
     OCTAVES = MERGE_BITS + 1,
     DARK_PARTS = 50,
     SATURATED_PARTS = 333,
-    USABLE_DARK_PARTS = 8,  // of the range
+    USABLE_DARK_PARTS = 8,  // 1/n of the range: signal of the dark pixels in the longest exposure
     FACTOR_MIN = 2,
     FACTOR_MAX = 8,
 };
@@ -188,7 +188,7 @@ static uint32_t max_sum(const struct merge_exposures *self, uint64_t ratio) {
     const struct merge_prefix *prefix = &self->prefix[self->frames];
     const uint32_t range = full_of(&self->plan.form) - self->plan.black;
     if (self->frames == 0 || ratio == self->last_ratio_q16) {
-        return SUM_MAX;  // if it was not saturated before, nor is it predicted to be
+        return SUM_MAX;  // a value that was not saturated before is not predicted to be
     }
     const uint64_t usable = (uint64_t)range * USABLE_PARTS / ALL_PARTS;
     const uint64_t sum =

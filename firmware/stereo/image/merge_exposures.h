@@ -37,7 +37,7 @@ enum {
     /// black parts is not cut off. 65535 is the light that saturates the shortest exposure: 63/64
     /// of its greatest value.
     MERGE_BLACK = 256,
-    MERGE_RATIO_MAX = 4096,  ///< of the longest exposure to the shortest
+    MERGE_RATIO_MAX = 4096,  ///< largest ratio of the longest exposure to the shortest
 };
 
 /// How a frame was taken.
@@ -66,7 +66,7 @@ struct merge_prefix {
 /// A merge in progress.
 struct merge_exposures {
     struct merge_plan plan;
-    uint32_t *sums;  ///< of each value: frames << 25 | sum of weighted values
+    uint32_t *sums;  ///< one for each value: frames << 25 | sum of weighted values
     double weight_scale;
     unsigned frames;          ///< added so far
     uint64_t last_ratio_q16;  ///< exposure of the last frame
@@ -100,7 +100,7 @@ uint32_t merge_exposures_changed(const struct merge_plan *plan, const struct raw
 
 /// Exposures for a scene, as seen from one frame of it.
 struct merge_bracket {
-    uint8_t factor;  ///< from one exposure to the next, 2 .. 8
+    uint8_t factor;  ///< ratio of one exposure to the previous one, 2 .. 8
     bool shorter;    ///< the first one is shorter than that of the frame by this factor
 };
 

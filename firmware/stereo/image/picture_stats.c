@@ -6,7 +6,7 @@
 enum {
     RGB = 3,
     GREEN = 1,
-    SAMPLES = 16,  // of two pixels each, for finding a step and a contrast
+    SAMPLES = 16,  // pairs of pixels for finding a step and a contrast
     END_SHIFT = 6,
 };
 

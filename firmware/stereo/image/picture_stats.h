@@ -20,7 +20,7 @@ struct picture_form {
     int width_px;
     int bits;      ///< 8..16: values are 0..2^bits - 1
     int channels;  ///< 1, or 3 of interleaved red, green, blue
-    bool mosaic;   ///< of one channel: Bayer, even rows G R, odd rows B G
+    bool mosaic;   ///< one channel in a Bayer mosaic: even rows G R, odd rows B G
 };
 
 /// Each 0..1000, in parts of a thousand.

@@ -31,7 +31,7 @@ struct picture_view {
 struct picture_view_sums {
     struct picture_form form;
     int height_px, rows;
-    int cell_rows[PICTURE_VIEW_ROWS];  ///< of the picture, already in a row of cells
+    int cell_rows[PICTURE_VIEW_ROWS];  ///< picture rows already added to a row of cells
     uint32_t cell[PICTURE_VIEW_ROWS][PICTURE_VIEW_COLUMNS];
 };
 
@@ -45,7 +45,7 @@ void picture_view_end(const struct picture_view_sums *sums, struct picture_view 
 /// Transformation of the second picture before the comparison.
 enum picture_turn {
     PICTURE_AS_IS,
-    PICTURE_ROTATED,   ///< by 180 degrees
+    PICTURE_ROTATED,   ///< half a turn
     PICTURE_FLIPPED,   ///< upside down: rows in reverse
     PICTURE_MIRRORED,  ///< columns in reverse
     PICTURE_TURNS
@@ -60,7 +60,7 @@ struct picture_overlay {
     /// The cell (x, y) of the first corresponds to (x - dx, y - dy) of the second: nearer objects
     /// have a larger dx.
     int dx, dy;
-    int overlap_permille;  ///< of the pictures' area
+    int overlap_permille;  ///< area that both pictures cover, over that of one
 };
 
 /// The best alignment with min_dx <= dx <= max_dx. Score 0 if nothing fits.

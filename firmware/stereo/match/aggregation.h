@@ -249,8 +249,9 @@ struct column_view {
     const struct match_band *band;
     const struct match_tile *before, *tile, *next;  // windows of three bands
     int x_begin;
-    int last;                           // row without a row below it yet
-    uint16_t mass[MATCH_TILE_COLUMNS];  // of what comes from the row before, on the way
+    int last;  // row without a row below it yet
+    // Mass of the average through the previous row, on its way to this one.
+    uint16_t mass[MATCH_TILE_COLUMNS];
     // What arrives from below at each row of the band.
     uint16_t mass_below[MATCH_BAND_ROWS][MATCH_TILE_COLUMNS];
 };
@@ -261,8 +262,8 @@ struct share_row {
 };
 
 struct column_shares {
-    match_share before[MATCH_TILE_COLUMNS];  // of what comes from the row before
-    match_share below[MATCH_TILE_COLUMNS];   // of what comes from below
+    match_share before[MATCH_TILE_COLUMNS];  // share of the average from the row before
+    match_share below[MATCH_TILE_COLUMNS];   // share of the average from below
     uint8_t penalty[MATCH_TILE_COLUMNS];     // large penalty between the row before and this one
     int rise, rise_below;  // lanes to this row from the row before, and from the row below
 };

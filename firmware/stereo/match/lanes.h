@@ -121,7 +121,7 @@ MATCH_INLINE void shear_average(struct lanes *pixel, int rise, const uint8_t *co
 static inline void match_realign(const uint8_t *from_cells, const struct match_tile *from,
                                  const uint8_t *fill, const struct match_tile *to,
                                  uint8_t *to_cells) {
-    const int shift = to->base - from->base;  // to lane i is from lane i + shift
+    const int shift = to->base - from->base;  // lane i of `to` gets lane i + shift of `from`
     const int first = shift < 0 ? -shift : 0;
     const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
     // In steps of constant size, which compile to single moves.

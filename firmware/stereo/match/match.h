@@ -23,9 +23,9 @@ struct match_kernels;
 /// Trade-offs of error, time and memory, measured in RESULTS.md.
 enum match_preset {
     MATCH_PRESET_FAST,      // every other row, near a surface found at a quarter of the width
-    MATCH_PRESET_STANDARD,  // near a surface found at a quarter of the width
+    MATCH_PRESET_STANDARD,  // disparities near a surface found at a quarter of the width
     MATCH_PRESET_BEST,      // all disparities everywhere
-    MATCH_PRESET_BOARD,     // near a surface found at half the size, in the memory of a small board
+    MATCH_PRESET_BOARD,     // disparities near a surface found at half the size; for little memory
     MATCH_PRESET_PAPER,     // a greedy path along each row: the method of the paper this project
                             // started from
     MATCH_PRESET_COUNT
@@ -45,7 +45,7 @@ struct match_options {
 /// The images to match: rectified grey images and their valid spans.
 struct match_input {
     struct image_u8 left, right;
-    const struct rectify_span *left_span, *right_span;  // per row; NULL: all of each row
+    const struct rectify_span *left_span, *right_span;  // valid columns of each row; NULL: all
     bool resampled;  // the rows were interpolated from raw images, not copied
     // In colour; either may have no data. Edges are those of the left image in colour; pixels are
     // compared in colour only if both images have any. Equal channels count as grey.

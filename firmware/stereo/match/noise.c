@@ -10,7 +10,7 @@
 
 enum {
     BLOCK = 8,  // pixels, both ways
-    STEP = 16,  // between blocks
+    STEP = 16,  // pixels from block to block
     MIN_BLOCKS = 8,
     BINS = 1024,
     BIN = 8,
@@ -22,8 +22,8 @@ enum {
     // squares, more smoothing loses no detail: out of focus, or enlarged by the lens.
     NEAR = 1,
     FAR = 4,
-    SHARES = 64,           // in all
-    QUANTIZATION_Q8 = 21,  // of whole grey levels
+    SHARES = 64,           // value of a share of 1
+    QUANTIZATION_Q8 = 21,  // variance of rounding to whole grey levels
 };
 
 // Grey levels of an image: blocks with its ends may be clipped, and show too little noise.

@@ -57,7 +57,7 @@ enum {
 enum {
     OFFSETS = 5,          // disparities -2 .. 2 relative to a match
     HERE = OFFSETS / 2,   // index of the match itself among them
-    FIELD_BITS = 12,      // of each sum if all are added at once
+    FIELD_BITS = 12,      // bits for each sum when all sums are added at once
     NOWHERE = INT16_MIN,  // no disparity: the walk skipped this pixel
     TOO_EXPENSIVE = INT16_MAX,
     PROGRESS_ROWS = 8,
@@ -77,34 +77,34 @@ struct spot {
 };
 
 struct move {
-    int change;  // of the disparity
-    int score;   // of the pixels ahead after it
-    int total;   // with the penalty
+    int change;  // change of the disparity
+    int score;   // sum over the pixels ahead after the move
+    int total;   // score plus penalty
 };
 
 // Result of a walk for a pixel of the left row.
 struct step {
-    int16_t disparity;  // or NOWHERE
-    int16_t score;      // of the pixels ahead from there
+    int16_t disparity;  // NOWHERE: the walk skipped this pixel
+    int16_t score;      // sum over the pixels ahead from there
 };
 
 // A pixel of the left row.
 struct column {
-    struct step step[2];  // of the walk forward, of the walk back
+    struct step step[2];  // the walk forward, the walk back
     int16_t disparity;
     bool kept;
-    uint64_t beside;  // if kept: 1 and the dissimilarities at the OFFSETS, FIELD_BITS each
+    uint64_t beside;  // 1 and the dissimilarities at the OFFSETS, FIELD_BITS each; 0: not kept
 };
 
 struct paper {
     const struct match_input *input;
     const struct match_options *options;
     struct match_output *output;
-    int width, first, last;  // in px; first and last disparity
+    int width, first, last;  // width in px; first and last disparity
     uint8_t *sample;         // 3 rows of grey values, 0 outside their spans
     uint32_t *left_signature, *right_signature;
     struct column *column;
-    struct rectify_span left, right;  // of the present row
+    struct rectify_span left, right;  // valid columns of the present row
     uint64_t evaluations;
 };
 
@@ -301,7 +301,7 @@ static int dissimilarity_or_chance(struct paper *paper, int x, int disparity) {
 // Where the dissimilarities of both sides are least, with `left` before the edge and `right` after
 // the pixels that are hidden there.
 static int best_edge(struct paper *paper, int begin, int end, int left, int right, int hidden) {
-    int cost = 0;  // for an edge at `begin`
+    int cost = 0;  // cost relative to an edge at `begin`
     int lowest = 0;
     int edge = begin;
     for (int x = begin; x + hidden < end; x++) {

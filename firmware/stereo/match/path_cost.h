@@ -26,8 +26,8 @@ static inline uint8_t match_least_p2(const struct match_level *level) {
 }
 
 struct path_penalties {
-    struct vector p1;  // of a change by one disparity
-    struct vector p2;  // of any other
+    struct vector p1;  // penalty of a change by one disparity
+    struct vector p2;  // penalty of any other change
 };
 
 // message[i] = cost[i] + min(p[i], p[i-1] + small, p[i+1] + small, large), where p is the previous
@@ -65,8 +65,9 @@ struct row_view {
     struct match_line *line;  // one a row
     const uint8_t *cost[MATCH_ROWS_ABREAST];
     const uint8_t *above[MATCH_ROWS_ABREAST];  // messages from above
-    uint8_t *sum[MATCH_ROWS_ABREAST];  // of those and the path costs from the left; may be `above`
-    uint8_t *path_cost[MATCH_ROWS_ABREAST];  // of the last pixel of a tile
+    // Messages from above plus the path costs from the left; may be `above`.
+    uint8_t *sum[MATCH_ROWS_ABREAST];
+    uint8_t *path_cost[MATCH_ROWS_ABREAST];  // path costs of the last pixel of a tile
     struct rectify_span left[MATCH_ROWS_ABREAST], right[MATCH_ROWS_ABREAST];
 };
 

@@ -29,16 +29,17 @@ enum match_probe_event {
 /// those of other events are NULL.
 struct match_probe_row {
     enum match_probe_event event;
-    int level;                            // 0: the finest
-    int y;                                // of the level
-    int width, height, shift_x, shift_y;  // of the level: 2^shift columns and rows make a pixel
-    int disparity_min, disparity_count;   // of the level, in its pixels
+    int level;  // 0: the finest
+    int y;      // row of the level
+    // Size of the level; 2^shift columns and rows make a pixel.
+    int width, height, shift_x, shift_y;
+    int disparity_min, disparity_count;  // disparities of the level, in its pixels
     size_t plane_bytes;
     const struct match_tile *tiles;
     const struct match_level *owner;
 
     // MATCH_PROBE_COSTS
-    const uint8_t *census[3], *gradient;  // of the left row, by column
+    const uint8_t *census[3], *gradient;  // features of the left row, by column
     const uint8_t *cost, *cost_along;     // planes: of the pixel, averaged along the row
     // MATCH_PROBE_PATH_COSTS
     const uint8_t *cost_around;  // plane: averaged along the columns as well

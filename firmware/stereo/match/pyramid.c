@@ -107,7 +107,7 @@ enum {
     DIFFERENCES_MAX = (MATCH_TILE_COLUMNS / 2 + 2 * TUNE_SLOPE_AROUND) *
                       (MATCH_BAND_ROWS / 2 + 2 * TUNE_SLOPE_AROUND),
     SLOPE_UNKNOWN = INT16_MIN,
-    SLOPE_MIXED = INT16_MIN + 1,  // of several surfaces
+    SLOPE_MIXED = INT16_MIN + 1,  // slopes of several surfaces
     TILES_MAX = IMAGE_MAX_SIDE_PX / MATCH_TILE_COLUMNS,
 };
 

@@ -27,12 +27,12 @@ struct strip {
     struct match_output *output;
     int begin, end;         // rows
     struct place *queue;    // pixels of an island in the order they were found
-    uint8_t *stop;          // by column: whether the pixel does not continue the one to its left
-    uint8_t *joins;         // whether it continues a large island above it
-    int count, limit;       // of the island
+    uint8_t *stop;          // whether a pixel does not continue the one to its left, by column
+    uint8_t *joins;         // whether a pixel continues a large island above it, by column
+    int count, limit;       // pixels of the island found so far, and the limit
     bool large;             // it touches pixels of a known large island
     bool cut;               // it may continue beyond the strip
-    struct rows undecided;  // of small islands that may
+    struct rows undecided;  // rows of small islands that may continue beyond the strip
 };
 
 struct filtering {

@@ -25,7 +25,7 @@
 
 enum {
     MATCH_LANES = 16,        // disparities are padded to a multiple of this
-    MATCH_COST_MAX = 120,    // so that a path cost stays below 256
+    MATCH_COST_MAX = 120,    // keeps a path cost below 256
     MATCH_WEIGHT_ONE = 128,  // shares of a blend are in 1/128, between 1 and 127
     MATCH_CENSUS_PLANES = 3,
     MATCH_CENSUS_RADIUS = 2,
@@ -49,7 +49,7 @@ enum {
     MATCH_SMOOTHING_ONE = 16,
     MATCH_PAIR_ROWS = 2,  // minimum rows per call of a kernel
     MATCH_MAX_LEVELS = 7,
-    MATCH_SHIFT_MAX = 8,    // of a level's columns and rows: see match_set_levels
+    MATCH_SHIFT_MAX = 8,    // largest shift of a level's columns or rows: see match_set_levels
     MATCH_MASS_ONE = 512,   // masses of recursive averages are in 1/512, below 10 each
     MATCH_SOURCE_PAD = 16,  // columns before and after a row that is compared
     MATCH_CENSUS_SIDE = 2 * MATCH_CENSUS_RADIUS + 1,
@@ -67,7 +67,7 @@ struct match_tile {
     int16_t base;    // index of the first lane: disparity - disparity_min of the level
     int16_t lanes;   // a multiple of MATCH_LANES
     bool doubtful;   // the coarser level saw other good matches
-    int16_t slope_down, slope_along;  // in 1/MATCH_SLOPE_ONE; 0: unknown, or nearly level
+    int16_t slope_down, slope_along;  // unit: 1/MATCH_SLOPE_ONE; 0: unknown, or nearly level
 };
 
 /// Features of one row: 24 census bits in three byte planes, and the horizontal gradient.
@@ -81,11 +81,11 @@ struct match_features {
 struct match_line {
     struct {
         struct match_features left, right;  // right: reversed, padded on both sides
-        uint16_t *weight;                   // by column: of the edge between x - 1 and x
-        match_share *forward;   // of the average from the left, where the pixel's own cost is added
-        match_share *joined;    // of that average, where it meets what comes from the right
-        match_share *backward;  // of the average from the right, where the pixel's own cost is
-                                // added
+        uint16_t *weight;                   // weight of the edge between x - 1 and x, by column
+        match_share *forward;  // share of the average from the left when the pixel's cost is added
+        match_share *joined;   // share of the average from the left when the right one joins
+        // Share of the average from the right when the pixel's cost is added.
+        match_share *backward;
     } cost;
     struct {
         uint8_t *penalty;     // large penalty between x - 1 and x
@@ -95,9 +95,9 @@ struct match_line {
         uint32_t *around;     // averaged costs before, at and after the winner, in the lower bytes
         uint8_t *fit;         // averaged cost of the winner
         uint8_t *consistent;  // whether left and right agree
-        uint8_t *contrast;    // of TUNE_CONTRAST_COLUMNS pixels around
+        uint8_t *contrast;    // contrast of the TUNE_CONTRAST_COLUMNS pixels around
         uint8_t *fits;        // whether the winner may be right
-        uint8_t *darkest, *brightest;  // of TUNE_CONTRAST_COLUMNS pixels from x on
+        uint8_t *darkest, *brightest;  // extremes of TUNE_CONTRAST_COLUMNS pixels from x on
         uint32_t *claim;               // lowest cost that claims a right pixel, and its lane
     } row;
 };
@@ -105,7 +105,7 @@ struct match_line {
 /// Working memory of one thread.
 struct match_scratch {
     uint8_t *source[MATCH_SOURCE_ROWS];  // padded image rows
-    struct match_band *band;             // in progress
+    struct match_band *band;             // the band in progress
     uint16_t *box;  // sums while a row, and two pixels more, is scaled down or smoothed
     struct match_line line[MATCH_ROWS_ABREAST];
     uint8_t *running;  // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
@@ -133,9 +133,9 @@ struct match_level {
     int disparity_min, disparity_count;
     struct match_accepted_range accepted;
     int right_pad;     // padding in front of the reversed right features
-    int right_length;  // of the padded features
+    int right_length;  // length of the padded right features
     int lanes;         // most lanes of a tile
-    size_t row_bytes;  // of one row of cells
+    size_t row_bytes;  // size of one row of cells
     int rows_done;
 
     int batch;                                     // bands of a batch, at most
@@ -146,12 +146,13 @@ struct match_level {
     // Shared by the bands in progress. Row y is in slot y % ring_rows and so on.
     int ring_rows, surface_rows;
     uint8_t *ring[MATCH_MAX_RING_ROWS];   // aggregated cost
-    uint16_t *down_mass;                  // by column
+    uint16_t *down_mass;                  // masses of the downward averages, by column
     uint8_t *guide[MATCH_MAX_RING_ROWS];  // left rows, where the finest level's are scaled down
     // Steps of the left image: from the pixel before in the row, and from the row above. 0 at the
     // ends of the image, and in columns beyond it.
     uint8_t *step_along[MATCH_MAX_RING_ROWS], *step_down[MATCH_MAX_RING_ROWS];
-    uint16_t *weight_down[MATCH_MAX_RING_ROWS];  // of those from the row above: see match_weight
+    // Weights of the steps from the row above: see match_weight.
+    uint16_t *weight_down[MATCH_MAX_RING_ROWS];
     // Disparities above disparity_min in 1/MATCH_SURFACE_ONE, counted from half a disparity below
     // it; -1: no disparity.
     int16_t *surface[MATCH_MAX_SURFACE_ROWS];

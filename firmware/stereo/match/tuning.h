@@ -165,9 +165,9 @@ static inline bool match_accepts(enum match_measure measured, int value) {
 struct match_method {
     const char *name;
     int coarse_disparities;  // a level with more disparities than this gets a coarser one; 0: never
-    int halvings;            // of columns and disparities from the finest level to the next
-    int halved_rows;         // of the finest level: 1 where a row of it covers two
-    int lanes;               // average per column, for which there is memory
+    int halvings;     // halvings of columns and disparities from the finest level to the next
+    int halved_rows;  // 1 where a row of the finest level covers two rows of the input
+    int lanes;        // average per column, for which there is memory
     // A tile searches the disparities that the coarser level found in the tile and this many of its
     // pixels around, and `margin` more on both sides.
     int around_columns, around_rows, margin;

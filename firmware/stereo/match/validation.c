@@ -14,7 +14,7 @@
 enum {
     BLOCK = 8,       // pixels, both ways
     PAD = 2,         // columns before and after a smoothed row
-    ROW_STEP = 2,    // between rows whose texture is measured
+    ROW_STEP = 2,    // distance between rows whose texture is measured
     SLOPE_ROWS = 3,  // smoothed rows in use
     MAX_PARTS = 8,
     NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see add_slopes
@@ -29,9 +29,9 @@ enum {
 struct part {
     int begin, end;
     uint16_t *smooth[SLOPE_ROWS];  // rows y - 2, y and y + 2, smoothed by (1 2 1) both ways
-    uint8_t *near_depth_edge;      // by column: whether a depth edge is near
-    uint32_t *along, *upright;     // by block of a row: squared slopes
-    uint32_t *slopes;              // and their number
+    uint8_t *near_depth_edge;      // whether a depth edge is near, by column
+    uint32_t *along, *upright;     // sums of squared slopes, by block of a row
+    uint32_t *slopes;              // numbers of slopes, by block of a row
 };
 
 struct block {
@@ -325,8 +325,8 @@ static int hidden_end(const uint16_t *smooth, uint64_t noise, int width, int x) 
 // contrast decides: the object's outline, which gives it the object's disparity.
 void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, uint8_t *reason) {
     const uint64_t noise = (uint64_t)NOISE_OF_SLOPE * noise_q8 / 256;
-    uint16_t occluded = 0;       // of the pixels before, a bit each
-    bool after_accepted = true;  // so that none begins at column 0
+    uint16_t occluded = 0;       // the 16 pixels before: a bit each, 1 if occluded
+    bool after_accepted = true;  // keeps a hidden area from beginning at column 0
     int end = 0;
     for (int x = 0; x < width; x++) {
         const bool is_occluded = reason[x] == REASON_OCCLUDED;

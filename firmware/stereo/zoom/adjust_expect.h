@@ -20,7 +20,7 @@ struct adjust_picture {
     struct calibration_window window[2];
     struct zoom_state axes;
     int state;  // its number in a adjustment-calibration: 0 if it is the only one
-    double depth_near_mm, depth_far_mm;  // that scenes may have; far may be INFINITY
+    double depth_near_mm, depth_far_mm;  // range of depths in a scene; far may be INFINITY
 };
 
 /// Between pixels of a picture and of the sensor.

@@ -10,7 +10,7 @@
 
 enum {
     TRACKS_MIN = 20,
-    DISTINCT_MIN = 200,  // of which ten times fewer fit by no accident
+    DISTINCT_MIN = 200,  // distinct points from which a pair with too few fits counts as lost
     SAMPLE = 8,          // tracks of a hypothesis
     HYPOTHESES = 300,
     SCORED_TRACKS_MAX = 512,  // tracks that count its support
@@ -43,7 +43,8 @@ struct matches {
     struct sparse_picture corners[2];
     struct sparse_pair *pair;
     struct adjust_track *track;
-    float (*effect)[ADJUST_TERMS_MAX];  // of one sigma of each independent part of what is unknown
+    // Change of a residual by one sigma of each independent unknown.
+    float (*effect)[ADJUST_TERMS_MAX];
     float *residual, *work;
     int count;
 };

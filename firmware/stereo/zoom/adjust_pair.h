@@ -24,13 +24,13 @@ struct adjust_report {
     int matches, used;          // pairs of points, and those that fit
     double rows_before_px;      // median distance from the epipolar line
     double rows_px;             // the same after the correction
-    double noise_px;            // of one coordinate of a match
+    double noise_px;            // noise of one coordinate of a match
     double depth_mm;            // median of the matches, left camera
     struct adjust_sigma depth;  // mm, common to all points, at that depth; without scale
     struct adjust_sigma focal;  // relative, common to both cameras
     struct adjust_sigma ratio;  // relative, of the focal lengths, right to left
     struct adjust_sigma vergence_rad;
-    double chi_square_score;  // of adjust_chi_square_score
+    double chi_square_score;  // result of adjust_chi_square_score
     enum adjust_health health;
 };
 

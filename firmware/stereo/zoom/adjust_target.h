@@ -20,9 +20,9 @@ struct target_observation {
 
 struct adjust_target {
     int points, observations;
-    const double (*point_mm)[3];  // in the target's own frame
+    const double (*point_mm)[3];  // positions in the target's own frame
     const struct target_observation *observation;
-    double sigma_px;  // of one coordinate of an observation
+    double sigma_px;  // sigma of one coordinate of an observation
     // Pose, placed by adjust_target_place:
     double R_instrument_target[9], position_mm[3];
     double residual_px;  // rms of one coordinate, at the last fit

@@ -74,7 +74,7 @@ size_t adjustment_need_bytes(int states) {
 // pixels. Columns are those of the views in the order of the observations.
 struct equations {
     int rows, columns;
-    int unknowns;  // of the point: x, y, and w unless it is at infinity
+    int unknowns;  // unknowns of the point: x, y, and w unless it is at infinity
     double residual[ROWS_MAX];
     double of_view[ROWS_MAX][COLUMNS_MAX];
     double of_point[ROWS_MAX][3];

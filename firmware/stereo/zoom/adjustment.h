@@ -17,11 +17,12 @@ extern "C" {
 
 struct adjustment {
     int views, terms;
-    struct camera_view nominal[ADJUST_VIEWS_MAX], view[ADJUST_VIEWS_MAX];  // before, corrected
+    // Views before and after the correction.
+    struct camera_view nominal[ADJUST_VIEWS_MAX], view[ADJUST_VIEWS_MAX];
     double correction[ADJUST_TERMS_MAX];
     double
-        pull[ADJUST_TERMS_MAX];  // of the observations on each correction, which the prior resists
-    struct adjust_target *target;  // in view, placed; NULL: none
+        pull[ADJUST_TERMS_MAX];    // pull of the observations on each correction, against the prior
+    struct adjust_target *target;  // placed target in view; NULL: none
     double *prior;                 // terms x terms: covariance = prior prior^T, lower triangle
     double *posterior;             // the same, of what remains
     double *work;  // three of that size; the first: normal equations of the last fit

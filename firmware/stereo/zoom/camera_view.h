@@ -13,7 +13,7 @@ extern "C" {
 
 /// What a correction changes. A change of the focal length does not change the distortion in px.
 enum camera_view_term {
-    VIEW_FOCAL,     // of its logarithm
+    VIEW_FOCAL,     // logarithm of the focal length
     VIEW_CENTRE_X,  // px
     VIEW_CENTRE_Y,
     VIEW_RADIAL_2,  // px outwards at the sensor's corner, from k1
@@ -31,9 +31,9 @@ enum camera_view_term {
 };
 
 struct camera_view {
-    struct lens lens;  // of the whole sensor; both focal lengths are equal
+    struct lens lens;  // lens of the whole sensor; both focal lengths are equal
     double R_instrument_camera[9];
-    double position_mm[3];  // of the entrance pupil
+    double position_mm[3];  // position of the entrance pupil
 };
 
 /// `base` with a correction applied. `result` may be `base`.

@@ -8,14 +8,14 @@
 #include "core/invariant.h"
 
 enum {
-    RADIUS = 7,  // of the window
+    RADIUS = 7,  // half side of the window
     WINDOW = (2 * RADIUS + 1) * (2 * RADIUS + 1),
     STEPS = 10,
 };
 
 // Surfaces are rather seen straight than aslant: weight of that, of what the shift along x has.
 static const double straightness = 0.02;
-static const double bend_max_px = 2;  // of the shift, from the middle to the edge
+static const double bend_max_px = 2;  // largest change of the shift from the middle to the edge
 
 static double value_at(const struct image_u8 *image, double x, double y) {
     const int ix = (int)x, iy = (int)y;
@@ -54,7 +54,8 @@ static void subtract_mean(float *values) {
 }
 
 static void take_window(const struct image_u8 *image, double x, double y, struct window *w) {
-    enum { SIDE = 2 * RADIUS + 3 };  // with the neighbours that the gradients need
+    // Side of the window with the neighbours that the gradients need.
+    enum { SIDE = 2 * RADIUS + 3 };
     double value[SIDE][SIDE];
     for (int j = 0; j < SIDE; j++) {
         for (int i = 0; i < SIDE; i++) {

@@ -9,7 +9,7 @@
 #include "stereo/zoom/sparse_align.h"
 
 enum {
-    WORDS = 4,          // of a description: 256 comparisons
+    WORDS = 4,          // 64-bit words of a description: 256 comparisons
     PATCH_RADIUS = 15,  // px of the level that a description covers
     MARGIN = PATCH_RADIUS + 3,
     DISTANCE_MAX = 80,  // bits; unrelated descriptions differ by 128 +- 8 or more
@@ -73,7 +73,7 @@ static void smooth(struct image_u8 *level, uint8_t *rows) {
 
 // Strength of a corner: determinant over trace of the gradients' products summed over 5 x 5 px.
 struct sums {
-    int32_t *xx, *xy, *yy;  // of the columns over five rows
+    int32_t *xx, *xy, *yy;  // sums of each column over five rows
 };
 
 static void add_row(const struct image_u8 *level, int y, int sign, struct sums *sums) {

@@ -39,7 +39,7 @@ struct sparse_picture {
     struct image_u8 level;  // reduced, and smoothed
     int factor;             // px of `image` in one of `level`
     int count;
-    struct sparse_corner *corner;  // by rows
+    struct sparse_corner *corner;  // sorted by rows
 };
 
 /// Finds at most `max` corners, spread over the picture. ERROR_MEMORY, ERROR_TOO_SMALL.

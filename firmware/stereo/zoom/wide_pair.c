@@ -10,23 +10,23 @@
 
 enum {
     CORNERS_MAX = 1024,
-    TRIES = 200,       // of two matches each, for the place of one picture in the other
+    TRIES = 200,       // hypotheses of two matches each, for the place of one picture in the other
     SUPPORT_MIN = 12,  // matches that agree on it
     SPACING = 10,      // px between windows that are compared: they overlap, but little
     CELLS_MAX = 4096,
 };
 
-static const double reach_px = 16;  // of the search for the place, px of the wide picture
+static const double reach_px = 16;  // radius of the search for the place, px of the wide picture
 static const double agree_px = 1.0;
 static const double still_rad = 5e-5;  // 1 mm of depth at 2 m
-static const double ratio_min = 1.3;   // of scales: else nothing is gained
+static const double ratio_min = 1.3;   // ratio of scales below which nothing is gained
 static const double first_noise_px = 0.1, least_noise_px = 0.03, outlier_sigmas = 4;
 
 // The tele picture of a side at the scale of the wide one, and where it is in the part of that.
 struct side_pictures {
     double ratio;
     struct image_u8 small, part;  // the tele picture reduced; a part of the wide one
-    int part_px[2];               // where the part begins
+    int part_px[2];               // position of the part in the wide picture
     double place[4];              // part = (p0 + p2 u - p3 v, p1 + p3 u + p2 v)
 };
 

@@ -70,7 +70,7 @@ struct zoom_range {
 enum zoom_mount_parameter {
     ZOOM_AXIS_DIRECTION_X,  // the axis' direction is (x, 1, z), normalised
     ZOOM_AXIS_DIRECTION_Z,
-    ZOOM_AXIS_POINT_X,  // where it meets y = 0 of the instrument's frame
+    ZOOM_AXIS_POINT_X,  // point where the axis meets y = 0 of the instrument's frame
     ZOOM_AXIS_POINT_Z,
     ZOOM_PAN_SCALE,   // the turned angle is (1 + this) times the commanded one
     ZOOM_ROTATION_X,  // rotation vector of R_instrument_camera at pan 0; left: 0
@@ -84,12 +84,12 @@ enum zoom_mount_parameter {
 
 struct zoom_camera {
     char name[CALIBRATION_NAME_BYTES];  // serial number or port; "" if not known
-    int width_px, height_px;            // of the whole sensor
-    double radius_px;                   // where distortion is stated, such as half of the diagonal
+    int width_px, height_px;            // size of the whole sensor
+    double radius_px;  // radius for which distortion is stated, such as half of the diagonal
     double pixel_mm;
     struct zoom_range zoom, focus;  // counts: calibrated, nothing is known beyond
-    struct zoom_range log_focal;    // of log f over `zoom`: u(log f) is -1 at the smallest f
-    struct zoom_range pan_rad;      // as commanded, calibrated
+    struct zoom_range log_focal;    // range of log f over `zoom`: u(log f) is -1 at the smallest f
+    struct zoom_range pan_rad;      // commanded angles: calibrated, nothing is known beyond
     struct zoom_function function[ZOOM_FUNCTIONS];
     double focus_dioptre_by_count[ZOOM_FOCUS_TERMS];  // 1/m
     double mount[ZOOM_MOUNT_PARAMETERS];
@@ -102,7 +102,7 @@ struct zoom_camera {
 /// How well the calibration was checked: on settings that were left out.
 struct zoom_validation {
     int settings, boards, corners, rejected_corners;
-    double rms_px;          // of all corners
+    double rms_px;          // RMS over all corners
     double held_out_px;     // epipolar, at settings left out; 0: not checked
     double held_out_focal;  // relative
     double chi_square_z;    // standard score of the fit
@@ -135,7 +135,7 @@ struct zoom_state {
 /// Both cameras at a state, in the instrument's frame.
 struct zoom_pair {
     struct {
-        struct lens lens;      // of the whole sensor
+        struct lens lens;      // lens of the whole sensor
         double f_px;           // focal length, focused at infinity
         double focus_dioptre;  // 1/m
         double R_instrument_camera[9];

@@ -21,7 +21,7 @@ struct zoom_variance {
     double lens;   // functions of the lens: their parameters and irregularities
     double mount;  // pan axis and mount
     double motor;  // readings and drift of zoom and focus
-    double pan;    // where the servo rests
+    double pan;    // angle at which the servo rests
     double cross;  // covariance between lens and mount parameters, times 2; may be negative
 };
 

@@ -33,7 +33,7 @@ enum message_kind {
 
 struct message {
     __le32 kind;
-    __le32 number;  // of the request, counted from 1
+    __le32 number;  // number of the request, counted from 1
     __le16 width, height;
     __le32 reserved;
     __le64 now_us;
@@ -42,7 +42,7 @@ struct message {
 // From the host, followed by `bytes` of pixels.
 struct frame_head {
     __le32 magic;
-    __le32 number;  // of the request
+    __le32 number;  // number of the request that this frame answers
     __le32 bytes;
     __le32 damaged;  // 1: lines or rows are missing
     __le64 begin_us, end_us;

@@ -23,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     saved_settings again;
     FUZZ_CHECK(saved_settings_parse(text, length, &again, &message_out) == 0);
     FUZZ_CHECK(std::memcmp(again.values, saved.values, sizeof saved.values) == 0);
-    static rig down;  // of its profile only the presence of a bridge is used
+    static rig down;  // only the presence of a bridge in its profile is used
     char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES];
     std::size_t of_cameras = 0;
     down.state = RIG_READY;

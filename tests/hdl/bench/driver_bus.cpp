@@ -53,7 +53,7 @@ void DriverBus::drive() {
     bridge_.in.scl = ((own_ | others_) & HAL_I2C_SCL) == 0;
     bridge_.in.sda = ((own_ | others_) & HAL_I2C_SDA) == 0;
     bridge_.drive();
-    bridge_model_advance(bridge_.model(), 0);  // so that the wires can be read at once
+    bridge_model_advance(bridge_.model(), 0);  // makes the wires readable at once
     moved_ps_ = bridge_.now();
 }
 

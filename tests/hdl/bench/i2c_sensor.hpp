@@ -43,7 +43,7 @@ class I2cSensor : public Listener {
     uint64_t answer_ps_;
     State state_ = State::kIdle;
     bool scl_ = true, sda_ = true, acknowledge_ = false, hung_ = false;
-    unsigned bits_ = 0;   // of the present byte, 9 with its acknowledge bit
+    unsigned bits_ = 0;   // bits of the present byte, 9 with its acknowledge bit
     unsigned shift_ = 0;  // bits received, or to be sent
     uint8_t index_ = 0;
     bool low_byte_ = false;

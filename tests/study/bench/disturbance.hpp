@@ -15,7 +15,7 @@
 struct disturbance {
     const char *name;  // short, for a column
     const char *what;
-    std::function<void(bench_pair &pair)> apply;  // to a copy that shares no pixels
+    std::function<void(bench_pair &pair)> apply;  // changes a copy that shares no pixels
 };
 
 /// The first is "clean": no change. Noise is the same in every run.

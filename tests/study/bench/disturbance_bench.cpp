@@ -30,8 +30,8 @@ constexpr int kColumnWidth = 9;
 // One method: for each case, one value per pair.
 struct disturbed {
     std::string method;
-    std::map<std::string, std::vector<double>> bad_percent;   // by photometric change
-    std::map<std::string, std::vector<double>> kept_percent;  // by pair without a surface
+    std::map<std::string, std::vector<double>> bad_percent;   // key: photometric change
+    std::map<std::string, std::vector<double>> kept_percent;  // key: pair without a surface
 };
 
 double mean(const std::vector<double> &values) {

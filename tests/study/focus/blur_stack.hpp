@@ -18,7 +18,7 @@ extern const char *const kTextureNames[kTextureKinds];
 /// What a window shows.
 struct Texture {
     TextureKind kind = TextureKind::kPower;
-    double slope = 1;       ///< of kPower: the amplitude falls as 1 / frequency^slope
+    double slope = 1;       ///< exponent of kPower: the amplitude falls as 1 / frequency^slope
     double contrast = 0.1;  ///< rms over mean, before any blur
 };
 

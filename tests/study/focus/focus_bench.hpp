@@ -33,7 +33,7 @@ struct Report {
     Verdict verdict = Verdict::kError;
     int error = 0;
     double blur_px = -1;  ///< remaining; negative: not reported
-    double seconds = 0;   ///< of the rig's time
+    double seconds = 0;   ///< duration in the rig's time
     unsigned frames = 0;
 };
 
@@ -42,10 +42,11 @@ struct Result {
     unsigned scene, method, side;
     SceneClass kind;
     Report report;
-    double ring, best;       ///< in counts; of two depths the nearer one
-    double blur_px;          ///< true diameter of the disc of what the window shows
-    double excess_px;        ///< of that above what a ring kResolutionCounts off its best has
-    double both_seconds;     ///< of the rig's time, for both lenses
+    /// Position and best position in counts; two depths: the best one nearer to `ring`.
+    double ring, best;
+    double blur_px;    ///< true diameter of the disc of what the window shows
+    double excess_px;  ///< excess of `blur_px` over that of a ring kResolutionCounts off its best
+    double both_seconds;     ///< duration in the rig's time, for both lenses
     double tolerance;        ///< larger of half a depth of focus and kResolutionCounts
     double contrast, noise;  ///< rms over mean: of the sharp window, of a frame
 

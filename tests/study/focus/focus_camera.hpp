@@ -16,7 +16,7 @@ namespace focus {
 
 /// The sensor: electrons that fill a pixel, which is the full range at a gain of 1.
 constexpr double kFullWellElectrons = 8500, kReadElectrons = 8;
-constexpr int kBlack = 0, kValueMax = 1023;  ///< as rig_region has it for such a camera
+constexpr int kBlack = 0, kValueMax = 1023;  ///< values that rig_region uses for such a camera
 constexpr int kFramePx = 128;
 /// The region that is focused on, in the middle.
 constexpr int kRegionPx = 100, kMarginPx = (kFramePx - kRegionPx) / 2;
@@ -66,7 +66,7 @@ class FocusCamera {
     bool streaming_ = false;
     double origin_us_ = 0, last_begin_us_ = -1;
     unsigned frames_ = 0;
-    std::vector<float> response_;  ///< of each pixel: colour filter and differences
+    std::vector<float> response_;  ///< response of each pixel: colour filter and differences
     mutable simrig::Noise noise_;
     hal_camera port_;
 };

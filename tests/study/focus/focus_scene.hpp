@@ -24,8 +24,8 @@ extern const char *const kSceneClassNames[kSceneClasses];
 
 /// A bright disc at the scene's depth, in or beside the window: out of focus a larger one.
 struct Lamp {
-    double x_px, y_px;   ///< from the middle of the frame
-    double diameter_px;  ///< in focus
+    double x_px, y_px;   ///< offset from the middle of the frame
+    double diameter_px;  ///< diameter in focus
     double radiance;     ///< times that of the ground
 };
 
@@ -34,7 +34,7 @@ struct SceneSide {
     double zoom = 300, focus = 300, iris = 850;  ///< positions of the rings at the start
     std::array<simrig::LensMotorSettings, simrig::kLensAxes> motors;
     double per_mm = 0;      ///< 1 / distance of what the window shows
-    double far_per_mm = 0;  ///< of its other part, if there are two depths
+    double far_per_mm = 0;  ///< 1 / distance of the window's other part, if there are two depths
 
     double blur_px(double ring) const { return lens.blur_px(ring, zoom, iris, per_mm); }
     double px_per_count() const { return lens.blur_px_per_count(zoom, iris, per_mm); }
@@ -53,8 +53,9 @@ struct Scene {
     double split = 0.5;  ///< part of the window's width with the near depth
     double exposure_us = 5000;
     unsigned gain_q3 = 8;
-    double electrons = 4000;  ///< of a green pixel of radiance 1 at this exposure and iris
-    double flicker = 0;       ///< modulation of the light at 100 Hz
+    /// Electrons of a green pixel of radiance 1 at this exposure and iris.
+    double electrons = 4000;
+    double flicker = 0;  ///< modulation of the light at 100 Hz
     double flicker_phase = 0;
     double warm_us = 0;  ///< time since the controller's power-up
     std::array<SceneSide, kSides> side;

@@ -19,7 +19,7 @@ struct Column {
     unsigned lamps = 0, sharp_lamps = 0, false_lamps = 0;
     unsigned lenses = 0, false_focused = 0, errors = 0;
     unsigned blurs = 0, right_blurs = 0;
-    std::vector<double> seconds, frames;  ///< of both lenses; of each
+    std::vector<double> seconds, frames;  ///< time for both lenses; frames for each lens
     std::array<unsigned, kVerdicts> verdicts{};
 };
 

@@ -31,7 +31,7 @@ constexpr Focal kDefault[kPlaces] = {
     {"1x", 8.75, 600, 0.075}, {"3x", 25.5, 450, 0.05}, {"10x", 82, 400, 0.047}};
 constexpr Focal kHarsh[kPlaces] = {
     {"1x", 8.75, 40, 0.08}, {"3x", 25.5, 240, 0.1}, {"10x", 82, 150, 0.12}};
-constexpr double kFarMatchPx = 0.12;  // of a thing in pictures at both ends of the zoom
+constexpr double kFarMatchPx = 0.12;  // matching error between pictures at both ends of the zoom
 
 struct Options {
     std::vector<std::string> rigs = {"default", "harsh"};

@@ -28,7 +28,7 @@ class Sample {
     size_t count() const { return values_.size(); }
     double rms() const;
     double worst() const { return quantile(1); }
-    double quantile(double part) const;  ///< of the sizes
+    double quantile(double part) const;  ///< quantile of the absolute values
     double share_within(double limit) const;
 
   private:

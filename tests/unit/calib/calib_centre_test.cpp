@@ -83,9 +83,9 @@ TEST_CASE("principal points stay within their error bars where p1 and p2 are lef
     const int scenes = synthetic::rounds(40, 6);
     const scores score = score_simple(zoomed(), options, scenes);
     INFO(score.count, " scores, rms ", score.rms(), ", worst ", score.worst);
-    CHECK(score.count >= scenes);  // out of four per scene
+    CHECK(score.count >= scenes);  // four scores per scene, at most
     CHECK(score.rms() > 0.5);
-    CHECK(score.rms() < 1.5);  // without the share of p1 and p2: 2.4, the worst 4.7
+    CHECK(score.rms() < 1.5);  // RMS 2.4, worst 4.7 without the share of p1 and p2
     CHECK(score.worst < 3.5);
 }
 
@@ -100,6 +100,6 @@ TEST_CASE("and where the caller leaves them out although the views show them") {
     const scores score = score_simple(plan, options, synthetic::rounds(20, 3));
     INFO("rms ", score.rms(), ", worst ", score.worst);
     CHECK(score.rms() > 0.3);  // the rest of the residuals also widens them
-    CHECK(score.rms() < 1.5);  // without: 11, the worst 16
+    CHECK(score.rms() < 1.5);  // RMS 11, worst 16 without the share of p1 and p2
     CHECK(score.worst < 3.5);
 }

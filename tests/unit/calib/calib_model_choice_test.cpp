@@ -130,7 +130,7 @@ TEST_CASE("a distortion that the caller states is kept, and pixels and board are
     options.second_start = false;
     for (const lens_model::kind kind : {lens_model::K1, lens_model::K1_K2_P1_P2_K3}) {
         options.distortion = kind;
-        for (const int boards : {10, 4}) {  // with few positions nothing is chosen
+        for (const int boards : {10, 4}) {  // four positions are too few for a choice
             plan.boards = boards;
             const calib::solution found =
                 calib::solve(synthetic::make_rig_views(plan, 2, 32).seen, options);

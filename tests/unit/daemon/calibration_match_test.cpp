@@ -87,7 +87,7 @@ TEST_CASE("a pair with the calibrated axes matches") {
     CHECK(value.origin.side[0].axis[CALIBRATION_PAN].mean == doctest::Approx(3.57).epsilon(0.01));
     CHECK(rejection_of(value, state_of(captured()), ERROR_OK).empty());
     struct pair pair = captured();
-    for (pair_frame &frame : pair.frame) {  // by its repeatability
+    for (pair_frame &frame : pair.frame) {  // a shift within the repeatability
         frame.before.lens[LENS_ZOOM].position_q4 += 4 * 16;
         frame.after.lens[LENS_ZOOM].position_q4 += 4 * 16;
     }
@@ -139,7 +139,7 @@ TEST_CASE("images of another size are rejected, whether the calibration states a
     value.right.width_px = MT9T001_WIDTH_PX;
     value.right.height_px = MT9T001_HEIGHT_PX;
     CHECK(rejection_of(value, state_of(pair), ERROR_OK).empty());  // cut to the known window
-    pair.frame[RIG_RIGHT].window.skip = 0;                         // which a webcam does not have
+    pair.frame[RIG_RIGHT].window.skip = 0;                         // a webcam has no known window
     check_names(rejection_of(value, state_of(pair), ERROR_SIZE_MISMATCH), {"320x480", "2048x1536"});
 }
 
@@ -183,7 +183,7 @@ TEST_CASE("values that one side does not know are not compared, which is reporte
     CHECK(unsent.origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
     CHECK(calibration_match_is_partial(&value, &unsent.origin));
     check_names(rejection_of(value, unsent), {"left pan", "not set", "pan 3.568 side=left"});
-    calibration_match_state elsewhere = unsent;  // of an instrument with unknown servos
+    calibration_match_state elsewhere = unsent;  // state of an instrument with unknown servos
     elsewhere.instrument.servo_q4_per_rad[0] = 0;
     CHECK(rejection_of(value, elsewhere, ERROR_OK).empty());
 }

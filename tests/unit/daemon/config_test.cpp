@@ -89,7 +89,7 @@ TEST_CASE("each line of a profile counts") {
             const std::string key = line.substr(0, equals);
             const std::string text = "like = rig\n" + key + " = " + printed_other + end + "\n";
             if (parse(after, text) != ERROR_OK) {
-                continue;  // that one has no other value in this direction
+                continue;  // the key has no other value in this direction
             }
             CAPTURE(line);
             CHECK(reported(after) != reported(before));

@@ -16,7 +16,7 @@
 namespace {
 
 constexpr int width = 128, height = 96;
-constexpr focus_noise sensor{42, 240, 7563};  // of the default rig at gain 1, with rounding
+constexpr focus_noise sensor{42, 240, 7563};  // noise of the default rig at gain 1, with rounding
 
 /// A mosaic of a scene: light at a place in pixels of the sensor, 0..1. `skip` reads every skip-th
 /// pair of rows and columns, as sensors do.
@@ -123,7 +123,7 @@ TEST_CASE("noise is never in focus, whatever the light") {
                 mark(mosaic_of({[](double, double) { return 0.9; }, full}, random)).marks.sharp;
         }
     }
-    CHECK(sharp <= 2);  // of 98304 blocks
+    CHECK(sharp <= 2);  // maximum for 98304 blocks
 }
 
 TEST_CASE("what is too bright has stripes, what is too dark is blue") {

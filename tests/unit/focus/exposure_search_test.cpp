@@ -30,7 +30,7 @@ constexpr exposure_limits kLimits = {53313, 6896, 46, 240000, 10000, 8, 64, 300,
 // Light of each pixel in parts of a white surface, and its figures.
 struct Scene {
     std::vector<double> light;
-    double mean_green = 0;  // of green
+    double mean_green = 0;  // mean light of the green pixels
     double edge = 0;        // the light that 0.1 % of all pixels reach
 
     void finish() {
@@ -91,10 +91,10 @@ Scene random_scene(Random &random, int kind) {
 // A camera in front of a scene.
 struct Camera {
     const Scene *scene = nullptr;
-    double electrons_per_us = 0;  // of a white surface, iris open
+    double electrons_per_us = 0;  // signal of a white surface with the iris open
     double iris_range = 100, iris_bow = 0;
     double flicker = 0.06, phase = 0;
-    bool exact_rows = true;  // else the exposure is in rows of a small window
+    bool exact_rows = true;  // false: the exposure is in rows of a small window
     std::vector<float> noise;
     Random random{1};
 

@@ -17,13 +17,13 @@ namespace {
 
 struct Lens {
     std::function<double(double)> sharpness;
-    double noise = 0.01;     // of a frame's sharpness, relative
-    double floor_noise = 0;  // the same, absolute
+    double noise = 0.01;     // noise of a frame's sharpness, relative
+    double floor_noise = 0;  // noise of a frame's sharpness, absolute
     double per_frame = 0.9;  // counts
     double reading = 0.5;    // noise of positions
-    double rest = 0.7;       // of the motor
+    double rest = 0.7;       // sigma of the position at which the motor stops
     double ring = 560;
-    double slow_noise = 0;   // of the frames of the full exposure
+    double slow_noise = 0;   // absolute noise of frames with the full exposure
     double pixel_noise = 0;  // relative variance
     std::function<double(double)> light = [](double) { return 300.0; };
     bool jams = false;

@@ -18,7 +18,7 @@
 namespace {
 
 constexpr uint32_t kWidth = 640, kHeight = 480;
-constexpr uint64_t kLimitUs = 2000000;  // until a failure is reported
+constexpr uint64_t kLimitUs = 2000000;  // time limit for the report of a failure
 
 struct World;
 
@@ -27,7 +27,7 @@ struct Camera {
     World *world;
     const char *name;
     uint16_t level;
-    uint64_t delay_us = 0;  // from the pulse to the first pixel
+    uint64_t delay_us = 0;  // delay from the pulse to the first pixel
     uint64_t readout_us = 20000;
     uint64_t stamp_us = 0;  // stamps of the first pixel are this much too early
     bool wired = true, gone = false, started = false;
@@ -53,7 +53,7 @@ struct World {
     uint64_t first_failed_us = 0;
     Camera cameras[2]{{this, "left", 50}, {this, "right", 90}};
     bool active = false;
-    std::vector<bool> levels{};  // that were set
+    std::vector<bool> levels{};  // levels set so far
     uint64_t active_us = 0, longest_us = 0;
     unsigned sets = 0, fails_from = 0, fails_to = 0;  // calls of set, from 1
     int fails_with = ERROR_IO;

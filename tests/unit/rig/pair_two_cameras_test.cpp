@@ -30,7 +30,8 @@ struct Camera {
     uint64_t lose_every = 0;  // n: one of n frames never comes
     uint64_t next = 0;        // frame that had not ended at the last check
     std::deque<uint64_t> waiting{};
-    unsigned calls = 0, fails_from = UINT32_MAX, fails_to = 0;  // of start, stop and take, from 0
+    // Numbers of calls of start, stop and take, counted from 0.
+    unsigned calls = 0, fails_from = UINT32_MAX, fails_to = 0;
     int fails_with = ERROR_OK;
     uint64_t failed_us = 0;  // time of the first failed call
     std::vector<uint16_t> values = std::vector<uint16_t>(size_t(3) * kWidth * kHeight, level);

@@ -122,7 +122,7 @@ TEST_CASE("a nearly orthonormal matrix is projected first") {
     double R[9], again_rad[3];
     geometry_rotation_from_vector(r_rad, R);
     for (int i = 0; i < 9; i++) {
-        R[i] = std::round(R[i] * 1e5) / 1e5;  // as in a text file with five decimals
+        R[i] = std::round(R[i] * 1e5) / 1e5;  // precision of a text file with five decimals
     }
     REQUIRE(geometry_vector_from_rotation(R, again_rad) == ERROR_OK);
     CHECK(distance(r_rad, again_rad) < 1e-5);

@@ -110,6 +110,6 @@ TEST_CASE("a pattern of colours of equal brightness is matched") {
         CHECK(count_wrong(matched(grey, grey, left_only, preset), truth) > kPixels / 2);
         const int wrong = count_wrong(matched(grey, grey, colours, preset), truth);
         MESSAGE(name, ": ", wrong, " of ", kPixels, " wrong");
-        CHECK(wrong < kPixels / 6);  // beyond the left border, and at the step
+        CHECK(wrong < kPixels / 6);  // wrong pixels are at the left border and at the step
     }
 }

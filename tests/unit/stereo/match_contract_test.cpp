@@ -269,7 +269,7 @@ TEST_CASE("pixels outside the spans are borders and influence nothing") {
     }
     left_span[7] = right_span[9] = {0, 0};  // rows that a camera does not see at all
     const auto run = [&](uint8_t beyond) {
-        Matched m = run_match(pair, options);  // for its buffers
+        Matched m = run_match(pair, options);  // run only to get the buffers
         for (int y = 0; y < 40; y++) {
             for (int x = 0; x < 120; x++) {
                 const rectify_span left = left_span[static_cast<size_t>(y)];
@@ -345,7 +345,7 @@ TEST_CASE("progress counts up to all rows, and false stops the work") {
         }
     }
     CHECK(differing == 0);
-    CHECK(stopped.disparity_q8.back() == INT32_MIN);  // as it was before
+    CHECK(stopped.disparity_q8.back() == INT32_MIN);  // unchanged by the stopped run
 }
 
 TEST_CASE("what is out of range is refused with its code, and nothing is written") {

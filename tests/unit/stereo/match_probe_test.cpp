@@ -36,9 +36,9 @@ const Pair &pair_of_test() {
 /// The events of one run; rows come from several threads.
 struct Seen {
     std::mutex mutex;
-    std::map<std::tuple<int, int, int>, int> times;        // by event, level and row
-    std::map<int, int> heights;                            // by level
-    std::map<std::pair<int, int>, std::vector<int>> best;  // by level and row; -2: not compared
+    std::map<std::tuple<int, int, int>, int> times;        // key: event, level and row
+    std::map<int, int> heights;                            // key: level
+    std::map<std::pair<int, int>, std::vector<int>> best;  // key: level and row; -2: not compared
     int differing = 0, compared = 0;
 };
 

@@ -166,7 +166,7 @@ TEST_CASE("merged values are those of the same estimate in double precision") {
 namespace {
 
 struct Errors {
-    double bias, rms;  // as a part of the signal; of the signal in electrons
+    double bias, rms;  // mean and sigma of the error, in electrons
 };
 
 // Of the pixels of one column of the ramp, against their light.

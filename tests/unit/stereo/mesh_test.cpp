@@ -23,7 +23,7 @@ struct Field {
     std::vector<int32_t> disparity_q8;
     std::vector<uint32_t> vertex;
     std::vector<triangulate_point> point;
-    std::vector<uint32_t> pixel;  // of each vertex
+    std::vector<uint32_t> pixel;  // pixel of each vertex
     std::vector<std::array<uint32_t, 3>> triangles;
 
     Field(int w, int h)
@@ -121,7 +121,7 @@ TEST_CASE("a full flat field is covered once, counter-clockwise seen from the ca
         area += 0.5;
     }
     CHECK(area == 16 * 8);
-    CHECK(normal_of(field, 20)[2] == -1);  // towards the camera
+    CHECK(normal_of(field, 20)[2] == -1);  // the normal points towards the camera
 }
 
 TEST_CASE("no triangle bridges a gap, and none is left out") {

@@ -29,7 +29,7 @@ Vector position(const triangulate_point &point) {
 // Where the ray of a point meets the scene: its surface, and the error along the ray.
 struct Truth {
     int surface;
-    double error_mm;  // beyond the surface: positive
+    double error_mm;  // positive if the point is beyond the surface
     bool near_edge;   // another surface within four pixels
 };
 
@@ -346,7 +346,7 @@ TEST_CASE("a calibration that fits in the middle only is seen by the trend of it
     CHECK(result_figures_rows_fault(&right.result.vertical, &right.result.plan, 1) == nullptr);
 
     Verged zoomed = good;
-    zoomed.calib.right.fx_px *= 1.006;  // as much in pixels as 0.3 % at VGA
+    zoomed.calib.right.fx_px *= 1.006;  // the same error in pixels as 0.3 % at VGA
     zoomed.calib.right.fy_px *= 1.006;
     Verged straight = good;
     for (lens *lens : {&straight.calib.left, &straight.calib.right}) {

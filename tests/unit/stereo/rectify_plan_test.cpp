@@ -58,7 +58,7 @@ TEST_CASE("a verged pair searches around its vergence point, with negative dispa
     REQUIRE(make(rig, as_it_is, &plan) == ERROR_OK);
     CHECK(plan.depth_range_assumed);
     CHECK(plan.disparity_min < 0);
-    const double verged_mm = 100 / std::tan(vergence_rad);  // along the left axis
+    const double verged_mm = 100 / std::tan(vergence_rad);  // distance along the left axis
     CHECK(plan.depth_near_mm < verged_mm / 1.4);
     CHECK(plan.depth_far_mm > verged_mm * 1.8);
     CHECK(plan.depth_far_mm < verged_mm * 3);
@@ -183,7 +183,7 @@ TEST_CASE("a region is a crop of the full plan") {
 TEST_CASE("any orientation of the baseline is a legal rig") {
     struct {
         double centre_mm[3];
-        double x_axis[3];  // of the rect frame in the left one
+        double x_axis[3];  // x axis of the rectified frame, in the left camera's frame
     } const cases[] = {{{100, 0, 0}, {1, 0, 0}},
                        {{0, 100, 0}, {0, 1, 0}},
                        {{0, -100, 0}, {0, -1, 0}},

@@ -155,7 +155,7 @@ TEST_CASE("the shared field of view fills the image at the raw resolution") {
             }
         }
         CAPTURE(i);
-        const int margin_px = 12;  // at the tips of rolled images
+        const int margin_px = 12;  // tolerance for the tips of rolled images
         CHECK(low <= margin_px);
         CHECK(high >= plan.width_px - 1 - margin_px);
         CHECK(top <= margin_px);

@@ -34,7 +34,7 @@ double interpolate(const uint16_t *row, int width, double x) {
 
 struct Warp {
     int pixels;
-    double rms;      // of left - warped right, share of the left image's own scatter
+    double rms;      // RMS of left - warped right, share of the left image's own scatter
     double bias_px;  // disparity error that best explains the difference
 };
 

@@ -87,7 +87,7 @@ TEST_CASE("nothing is extrapolated, and the axis is named") {
     const auto zoomed = zoom_rig::calibration();
     calibration at;
     calibration_fault fault{};
-    zoom_state state = zoom_rig::state(852, 1800);  // within the motor's drift
+    zoom_state state = zoom_rig::state(852, 1800);  // 852 is within the motor's drift
     CHECK(zoom_calibration_at(zoomed.get(), &state, &at, &fault) == ERROR_OK);
     state = zoom_rig::state(860, 1800);
     CHECK(zoom_calibration_at(zoomed.get(), &state, &at, &fault) == ERROR_RANGE);

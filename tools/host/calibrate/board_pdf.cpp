@@ -18,9 +18,9 @@ namespace {
 
 const double pdf_unit_mm = 25.4 / 72;
 const double margin_mm = 5;    // margin that printers leave
-const double caption_mm = 14;  // below the board: ruler and two lines of text
+const double caption_mm = 14;  // height of the ruler and two lines of text below the board
 const double letters_mm = 3;
-const double widest_letter = 0.56;  // of the height: mean of Helvetica's with a margin
+const double widest_letter = 0.56;  // mean width over height of Helvetica's letters, with a margin
 
 const board_paper papers[] = {
     {"A4", 210, 297},  {"A3", 297, 420},         {"A2", 420, 594},        {"A1", 594, 841},
@@ -68,7 +68,7 @@ class drawing {
 };
 
 struct place {
-    double x, y;  // of the board's top left square
+    double x, y;  // upper left corner of the board's squares
 };
 
 void draw_squares(const calib::board &board, const place &at, drawing *page) {

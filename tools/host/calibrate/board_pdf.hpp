@@ -30,10 +30,10 @@ std::string board_pdf(const calib::board &board, const board_paper &paper, doubl
 
 /// Values of the options; null or 0 where not given.
 struct calibrate_board_request {
-    const char *corners = nullptr;     // along a row, rows: "9x6"
-    double square = 0, marker = 0;     // in `unit`
+    const char *corners = nullptr;     // number along a row, number of rows: "9x6"
+    double square = 0, marker = 0;     // sides in `unit`
     int unit = -1;                     // index in `calibrate_board_units`; -1: mm, not stated
-    const char *dictionary = nullptr;  // as in "5x5_50" or "DICT_5X5_50"
+    const char *dictionary = nullptr;  // name such as "5x5_50" or "DICT_5X5_50"
 };
 
 extern const char *const calibrate_board_units;  // "mm cm m"

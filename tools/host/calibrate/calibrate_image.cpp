@@ -9,7 +9,7 @@
 
 namespace {
 
-const int max_shrink = 8;  // of the largest file's side to the core's
+const int max_shrink = 8;  // ratio of the largest file's side to the core's
 
 struct file_closer {
     void operator()(image_file *file) const {

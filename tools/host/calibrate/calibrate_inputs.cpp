@@ -312,7 +312,7 @@ class expander {
     bool frames_may_miss_;
     calibrate_names *names_;
     std::string *error_;
-    std::string folder_;                // of the list
+    std::string folder_;                // folder that contains the list
     std::vector<std::string> foreign_;  // unreadable pictures in the folder
     size_t group_ = 0;
 };

@@ -22,14 +22,14 @@ struct calibrate_shot {
     std::shared_ptr<const calibration_match_state> state = nullptr;
     std::array<bool, 2> missing = {false, false};  // the session has no such frame any more
     size_t session = 0;                            // number of the session, from 1; 0: none
-    uint32_t number = 0;                           // of the pair in the session, from 1
+    uint32_t number = 0;                           // number of the pair in the session, from 1
     /// Of the board and of the pans, as in session_pairs.h; 0: not recorded.
     uint32_t board_position = 0, pan_visit = 0;
     session_corner_noise corner_noise{};
 };
 
 struct calibrate_inputs {
-    std::vector<calibrate_shot> shots;  // in the order of their numbers
+    std::vector<calibrate_shot> shots;  // ordered by their numbers
     std::vector<std::string> notes;     // one line each: what was left out or has no partner
 };
 

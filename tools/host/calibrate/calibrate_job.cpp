@@ -453,7 +453,7 @@ class runner {
         };
         std::ostringstream out;
         const bool written = calibration_report_write(page, out);
-        INVARIANT(written);  // into memory
+        INVARIANT(written);  // writing into memory cannot fail
         return out.str();
     }
 

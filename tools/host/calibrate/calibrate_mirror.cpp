@@ -27,8 +27,8 @@ calib::board_view mirrored(const calib::board &board, const calib::board_view &v
 
 const size_t pairs_tried = 12;       // enough to decide, and solved quickly
 const int fewest_pairs = 4;          // fewer fit anything
-const double poor_rms_px = 1;        // from here on something may be wrong with all pictures
-const double place_squares = 0.25;   // a corner is in its place up to here, in squares
+const double poor_rms_px = 1;        // an RMS above this may mean an error common to all pictures
+const double place_squares = 0.25;   // largest distance from the expected corner, in squares
 const double most = 0.6, few = 0.5;  // shares of pairs of one rig: a camera mirrors, or does not
 
 bool is_pair(const calib::capture &capture) {

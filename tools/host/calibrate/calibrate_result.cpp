@@ -28,7 +28,8 @@ rectified_axes axes_of(const calib::rigid &T_right_left) {
     rectified_axes axes;
     double mean_view[3];
     for (int i = 0; i < 3; i++) {
-        axes.x[i] = -(R[i] * t[0] + R[3 + i] * t[1] + R[6 + i] * t[2]);  // to the right camera
+        // Direction to the right camera.
+        axes.x[i] = -(R[i] * t[0] + R[3 + i] * t[1] + R[6 + i] * t[2]);
         mean_view[i] = R[6 + i] + (i == 2 ? 1 : 0);
     }
     geometry_cross(mean_view, axes.x, axes.y);

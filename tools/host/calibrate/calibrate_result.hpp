@@ -13,13 +13,13 @@
 /// How far rows of the rectified pair differ where both cameras saw the same corner.
 struct calibrate_rows {
     int corners = 0;
-    double rms_px = 0, max_px = 0;  // at the mean focal length
+    double rms_px = 0, max_px = 0;  // pixels at the mean focal length
 };
 
 struct calibrate_result {
     const calibrate_views *views;
     const calib::solution *solution;
-    calibration rig{};               // with id, date and note; rounded. Pairs only
+    calibration rig{};               // rounded, with id, date and note; pairs only
     calibrate_rows rows;             // pairs only
     std::vector<std::string> notes;  // what was left out
 };

@@ -21,9 +21,9 @@ namespace {
 const int min_corners = 12;
 const double min_sigma_px = 0.03;
 const double max_sigmas = 4;
-const double picked_sigma_px = 0.5;  // of marks that a person picks
-const double far_depth_mm = 2000;    // at which a thing at infinity's effect is stated
-const double nearest_mm = 300;       // of what both cameras see
+const double picked_sigma_px = 0.5;  // sigma of marks that a person picks
+const double far_depth_mm = 2000;    // depth at which the effect of a thing at infinity is stated
+const double nearest_mm = 300;       // smallest depth that both cameras see
 // Rows of the pair's own matches may come apart by this much when the size is added.
 const double rows_factor = 2, rows_more_px = 0.05;
 // Of standard deviations of what is added: robust weights must not take the calibration's own error

@@ -16,7 +16,7 @@
 struct board_fit {
     double square_mm = 0, square_sigma_mm = 0;  // mean side of the squares
     double rows_px = 0, rows_sigma_px = 0;      // median distance from the epipolar lines
-    double far_px = 0, far_sigma_px = 0;        // of a thing at infinity: its directions apart
+    double far_px = 0, far_sigma_px = 0;        // offset between the views of a thing at infinity
 
     /// Deviations in predicted standard deviations.
     double square_z(double true_mm) const;
@@ -28,7 +28,7 @@ struct board_fit {
 /// picture, then in the right one.
 struct touch_up_marks {
     using place = std::array<double, 4>;
-    double length_mm = 0;  // between two marks; 0: none
+    double length_mm = 0;  // distance between the two marks; 0: no marks
     std::array<place, 2> mark{};
     bool far = false;  // `infinity` is a thing so far away that its distance does not matter
     place infinity{};
@@ -39,21 +39,21 @@ struct touch_up_marks {
 /// What one pair shows.
 struct touch_up_look {
     std::string name;                   // SESSION:N
-    std::pair<size_t, uint32_t> order;  // as it was taken
-    int corners = 0;                    // that both cameras see; 0: only a thing at infinity
-    bool marks = false;                 // two marks instead of a board: the size is a length
+    std::pair<size_t, uint32_t> order;  // order of capture: session, pair
+    int corners = 0;     // corners that both cameras see; 0: only a thing at infinity
+    bool marks = false;  // two marks instead of a board: the size is a length
     // The pair's own matches, and their median distance from the epipolar lines, refined by them
     // and corrected.
     int matches = 0;
     double own_rows_px = 0, own_rows_after_px = 0;
-    bool own_apart = false;  // the correction moved them away from there
-    board_fit read;          // with the cameras where the motors read
-    board_fit fitted;        // corrected by the rows, as any pair is
-    board_fit corrected;     // corrected by the size of the board
+    bool own_apart = false;  // the correction moved the matches away from their epipolar lines
+    board_fit read;          // fit of the cameras as the motors read
+    board_fit fitted;        // fit after a correction by the rows, as any pair gets
+    board_fit corrected;     // fit after a correction by the size of the board
     bool holds = true;       // all is as predicted
     double depth_mm = 0;
     double depth_sigma_mm = 0, fitted_depth_sigma_mm = 0, corrected_depth_sigma_mm = 0;
-    calibration rig = {};  // of the whole sensor, corrected by the size
+    calibration rig = {};  // calibration of the whole sensor, corrected by the size
 };
 
 /// The two marks as a board of two corners, of each shot.
@@ -79,7 +79,7 @@ std::string touch_up_json(const std::vector<touch_up_look> &looks, double square
 struct touch_up_outcome {
     bool good = false;
     std::string sentence;  // "Good: ...", "Not good: ..." or "Undecided: ..."
-    std::string reason;    // of what is not good, without the first words
+    std::string reason;    // what is not good, without the first words of `sentence`
     // Shares of lengths: how far the best look is off, and the errors that it excludes.
     double off = 0, excluded = 0;
 };

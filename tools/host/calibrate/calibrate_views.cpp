@@ -357,8 +357,8 @@ const char *const no_mirror = "switch mirroring off (webcam previews do it) and 
 /// The hint for a reason that contains these words.
 struct advice {
     const char *words;
-    const char *no_board;  // where no picture shows a board
-    const char *no_pair;   // where boards were found, but by one camera at a time
+    const char *no_board;  // hint if no picture shows a board
+    const char *no_pair;   // hint if boards were found, but by one camera at a time
 };
 
 const advice table[] = {

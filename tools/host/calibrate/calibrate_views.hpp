@@ -19,8 +19,8 @@ constexpr const char *side_name[] = {"left", "right"};
 /// A picture in memory, upright, in grey. Larger ones than the core's images are shrunk.
 struct calibrate_image {
     std::vector<uint8_t> grey;
-    int width_px = 0, height_px = 0;            // of `grey`
-    int file_width_px = 0, file_height_px = 0;  // as displayed, before shrinking
+    int width_px = 0, height_px = 0;            // size of `grey`
+    int file_width_px = 0, file_height_px = 0;  // size as displayed, before shrinking
     int shrink = 1;
     int full_scale = 255;  // grey of the file's brightest possible value
     int orientation = 0;   // EXIF numbering, 0 or 1: not turned
@@ -38,7 +38,7 @@ void calibrate_image_enlarge(calibrate_image *image);
 struct calibrate_rejection {
     size_t shot;
     int camera;
-    std::string reason;  // without the picture's name
+    std::string reason;  // does not name the picture
 };
 
 struct calibrate_views {

@@ -18,7 +18,7 @@
 namespace {
 
 const int zoom_solve_steps = 5;
-const double pixel_mm = 0.0032;  // of the MT9T001
+const double pixel_mm = 0.0032;  // pixel pitch of the MT9T001
 const double apart_counts = 20;
 const int min_zooms = 4;
 

@@ -26,10 +26,10 @@ struct calibrate_zoom_job {
 
     // The result.
     calib::zoom_observations seen;
-    std::vector<size_t> shot_of;  // of each capture
+    std::vector<size_t> shot_of;  // index of the shot that each capture comes from
     calib::zoom_solution solution;
     std::array<calib::zoom_lengths, 2> lengths;  // not with `paper`
-    session_corner_noise noise{};                // of still frames
+    session_corner_noise noise{};                // noise measured in still frames
     std::string verdict;                         // "Good: ..." or "Not good: ..."
 };
 

@@ -12,7 +12,7 @@
 
 struct calibration_page {
     const calib::observations *seen;
-    const calib::solution *result;  // of these observations; may be unsolved
+    const calib::solution *result;  // solution for `seen`; may be unsolved
     std::string title;              // displayed only: may hold any text
     /// Loads one image, upright and grey, rows without gaps. Returns false if it is unavailable;
     /// the page then omits it. May be empty. Called for few images, once or twice each.

@@ -10,7 +10,7 @@
 
 namespace {
 
-const std::size_t MAX_PICTURES = 24;  // of rejected views: limits the size of the page
+const std::size_t MAX_PICTURES = 24;  // most rejected views shown: limits the size of the page
 const int PICTURE_WIDTH_PX = 260;
 
 std::string coverage_map(const calibration_page &page, const calibration_figures &figures,

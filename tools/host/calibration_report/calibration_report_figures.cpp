@@ -68,8 +68,8 @@ calibration_camera_figures collect_camera(const calib::observations &seen,
 struct shared_corner {
     std::size_t capture;
     int index;
-    double ray[2][3];    // in each camera's frame
-    double point_mm[3];  // between the rays, left frame
+    double ray[2][3];    // rays in each camera's frame
+    double point_mm[3];  // point midway between the rays, left frame
 };
 
 /// Sorted by view and index, as the residuals are.

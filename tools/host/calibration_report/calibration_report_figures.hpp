@@ -13,17 +13,17 @@
 /// Pose of a board in front of a camera.
 struct calibration_pose {
     std::size_t capture;
-    double distance_mm;  // of the board's middle
-    double tilt_deg;     // between the board's normal and the line of sight to its middle
-    double turn_deg;     // its part about the image's vertical axis, left edge away: positive
-    double nod_deg;      // and about the horizontal axis, top edge away: positive
+    double distance_mm;  // distance of the board's middle
+    double tilt_deg;     // angle between the board's normal and the line of sight to its middle
+    double turn_deg;     // tilt about the image's vertical axis, left edge away: positive
+    double nod_deg;      // tilt about the image's horizontal axis, top edge away: positive
 };
 
 /// Measurements of the boards by the pair, independent of how the boards were solved for.
 struct calibration_measured {
     std::size_t points = 0, lengths = 0;
-    double square_mean_mm = 0;  // of the sides of squares
-    double square_rms_mm = 0;   // of the errors relative to the stated side
+    double square_mean_mm = 0;  // mean side of the squares
+    double square_rms_mm = 0;   // RMS error of the sides relative to the stated side
     double plane_rms_mm = 0;    // distance of the points from each board's plane of best fit
 };
 
@@ -33,7 +33,7 @@ struct calibration_camera_figures {
     lens camera;
     std::vector<const calib::corner_residual_px *> corners;  // all, in the solution's order
     std::vector<calibration_pose> poses;
-    double rms_px = 0;  // per point, used corners only
+    double rms_px = 0;  // RMS over the used corners, per point
     std::size_t used = 0;
     int count[CALIBRATION_AREAS_Y][CALIBRATION_AREAS_X] = {};  // used corners by area
     int empty_areas = 0;
@@ -42,7 +42,7 @@ struct calibration_camera_figures {
 struct calibration_figures {
     int cameras = 0;
     std::vector<calibration_camera_figures> camera;
-    double median_distance_mm = 0;  // of boards from the left camera
+    double median_distance_mm = 0;  // median distance of the boards from the left camera
     bool rectified_known = false;
     export_rectified rectified;
     std::vector<double> vertical_px;  // left minus right row of each pair of corners

@@ -65,7 +65,7 @@ area weakest_area(const calib::solution &result, const calibration_figures &figu
 
 /// The direction in which the boards were tilted least.
 struct tilt {
-    const char *edge;  // that points away
+    const char *edge;  // the edge that points away
     double max_deg;
 };
 

@@ -10,7 +10,7 @@
 
 namespace {
 
-const std::size_t MAX_MARKS = 5000;  // in one plot; more would overlap anyway
+const std::size_t MAX_MARKS = 5000;  // maximum in one plot; more would overlap anyway
 
 /// Every n-th of the camera's corners is drawn.
 std::size_t stride_of(const calibration_camera_figures &figures) {

@@ -77,7 +77,7 @@ using calibration_report_points = std::vector<std::pair<double, double>>;
 struct calibration_report_axis {
     double low = 0, high = 1;
     bool log = false;
-    std::string label;  // with unit
+    std::string label;  // text with the unit
     bool ticks = true;
 };
 

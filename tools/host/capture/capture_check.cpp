@@ -9,11 +9,11 @@
 
 namespace {
 
-const double growth_tolerance = 0.15;  // of the picture from one zoom to the next
+const double growth_tolerance = 0.15;  // error of the picture's growth from one zoom to the next
 const double sides_tolerance = 0.25;   // a board near one camera fills more of its picture
-const double shift_allowed = 0.05;     // of the frame's width, by the centre's wander
+const double shift_allowed = 0.05;     // share of the frame's width that the centre may shift by
 const int focus_px = 100;              // side of the region for autofocus
-const double bright_share = 0.9;       // of the white squares' pixels are darker
+const double bright_share = 0.9;       // quantile of the white squares' pixels taken as their level
 const char *const sides[2] = {"Left", "Right"};
 
 /// Corners that both views have: their middles, and mean distances from these.

@@ -28,10 +28,12 @@
 namespace {
 
 const int readings = 16;
-const int stills = 30, first_stills = 5;  // for the corner noise; and until motion is looked for
+// Frames for the corner noise; frames between two checks for motion.
+const int stills = 30, first_stills = 5;
 const int exit_interrupted = 130;
-const double nearest_step = 1.02, nearest_factor = 2;  // of the distance, to find what a lens can
-const double aim_tolerance = 0.3;                      // of half the narrowest field
+// Search for a distance that a lens can focus at: factor per step, largest factor in total.
+const double nearest_step = 1.02, nearest_factor = 2;
+const double aim_tolerance = 0.3;  // largest deviation, as a share of half the narrowest field
 const double sweep_deg[] = {5, -5};
 const char *const sides[2] = {"left", "right"};
 
@@ -559,13 +561,14 @@ class runner {
     capture_optics optics_;
     std::vector<int> zooms_;
     std::array<double, 2> pan_deg_{}, pan_limit_deg_{};
-    capture_windows window_px_{};  // where the frames begin on the sensors
+    capture_windows window_px_{};  // positions on the sensors at which the frames begin
     capture_place next_;
     std::vector<capture_place> planned_;
     double distance_mm_ = 0, seconds_a_pair_ = 0;
     bool noise_tried_ = false;
-    int captures_ = 0, captures_planned_ = 0;    // of a position; 0: not known yet
-    bool exposed_ = false, brightened_ = false;  // in this run; for this position
+    // Captures at this position, done and planned; 0: not known yet.
+    int captures_ = 0, captures_planned_ = 0;
+    bool exposed_ = false, brightened_ = false;  // exposed in this run; brightened at this position
 };
 
 }  // namespace

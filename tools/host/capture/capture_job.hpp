@@ -9,15 +9,15 @@
 
 struct capture_job {
     const char *address = nullptr, *token = nullptr;  // null: the defaults
-    std::string path;                                 // of the session
+    std::string path;                                 // path of the session
     calib::board board;
     int zooms = 13, positions = 12;
     double f_number = 8;
-    double near_mm = 800, far_mm = 2400;  // where boards are proposed
+    double near_mm = 800, far_mm = 2400;  // range in which boards are proposed
     double baseline_mm = 250;
     bool keep_window = false;
-    bool autofocus = true;  // else the focus follows the measured distance
-    bool noise = true;      // of a corner, from still frames
+    bool autofocus = true;  // false: the focus follows the measured distance
+    bool noise = true;      // measure the noise of a corner in still frames
     bool sweep = true;      // each position is also seen at other pans
 };
 

@@ -287,7 +287,7 @@ bool read_inputs(const request &asked, const std::vector<std::string> &paths, ca
 
 /// The rest of the job, which needs no check.
 void fill_job(const request &asked, calibrate_job *job) {
-    if (asked.model > 0) {  // after "auto" they are in the order of the kinds
+    if (asked.model > 0) {  // words after "auto" are in the order of the kinds
         job->distortion = static_cast<calib::lens_model::kind>(asked.model - 1);
     }
     job->single = asked.single;

@@ -222,7 +222,7 @@ import_pair read_opencv(std::vector<import_file> *files, const import_options &o
 
 /// Formats with one file per camera.
 struct camera_format {
-    const char *name;          // with an article
+    const char *name;          // name with an article
     const char *left, *right;  // words for the sides in names of files
     bool (*matches)(const std::string &text);
     import_pair (*import)(const std::vector<import_file> &files, const import_options &options);

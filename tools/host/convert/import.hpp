@@ -22,8 +22,8 @@ struct import_file {
 
 /// What the user states about a file that the file leaves open.
 struct import_options {
-    int width_px = 0, height_px = 0;  // of the raw images, 0: unknown; used where the file has none
-    std::string unit;                 // of the file: "mm", "cm" or "m"; "": not stated
+    int width_px = 0, height_px = 0;  // raw images, 0: unknown; used where the file has no size
+    std::string unit;                 // unit of the file: "mm", "cm" or "m"; "": not stated
     bool rectified = false;     // the images are already rectified: use the file's projections
     int first_camera = -1;      // KITTI: the left camera, 0 or 2; -1: 2 where the file has it
     bool accept_edits = false;  // our own text: a wrong checksum is corrected, not rejected

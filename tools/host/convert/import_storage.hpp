@@ -15,7 +15,7 @@ enum class import_storage_kind { number, list, matrix, other };
 struct import_storage_entry {
     std::string name;
     import_storage_kind kind = import_storage_kind::other;
-    int rows = 0, columns = 0, channels = 1;  // of a matrix
+    int rows = 0, columns = 0, channels = 1;  // size of a matrix
     std::vector<double> numbers;              // one, the list's, or the matrix's row by row
     std::string unread;                       // what an array of kind other is, where it is known
 };

@@ -27,7 +27,7 @@ class debug_page {
 
   private:
     std::string title_, lead_, body_, section_;
-    double row_percent_;  // of the height: position of the slices' row
+    double row_percent_;  // position of the slices' row, percent of the height
 };
 
 #endif

@@ -18,7 +18,7 @@ enum debug_plane {
     DEBUG_FROM_ABOVE,
     DEBUG_FROM_LEFT,
     DEBUG_FROM_RIGHT,
-    DEBUG_TOTAL,  // of the path costs from which the winners are chosen
+    DEBUG_TOTAL,  // sum of the path costs from which the winners are chosen
     DEBUG_PLANES
 };
 
@@ -32,7 +32,7 @@ struct debug_level {
     int width = 0, height = 0, shift_x = 0, shift_y = 0;
     int disparity_min = 0, disparity_count = 0;
     std::vector<std::int16_t> winner;  // counted from disparity_min; -1: none; or DEBUG_UNSEEN
-    std::vector<std::uint8_t> cost;    // of the winner
+    std::vector<std::uint8_t> cost;    // cost of the winner
     std::vector<std::uint8_t> margin, consistent, fits;
     std::vector<std::int16_t> window_first, window_count;
 

@@ -18,7 +18,7 @@ constexpr int debug_nothing = 255;
 
 struct debug_picture {
     const char *file_name;
-    const char *section;  // of the page
+    const char *section;  // section of the page
     std::string title, shows, look_for;
     int width_px, height_px;
     std::vector<std::uint8_t> indices;

@@ -27,8 +27,8 @@ struct evaluate_input {
     const float *disparity_px = nullptr;  // x_left - x_right; not finite: rejected
     const float *truth_px = nullptr;      // not finite: unknown
     const std::uint8_t *mask =
-        nullptr;                   // of the values above, or NULL: all known pixels are visible
-    bool round_disparity = false;  // to whole pixels, for truth in whole pixels
+        nullptr;                   // EVALUATE_* of each pixel; NULL: all known pixels are visible
+    bool round_disparity = false;  // round to whole pixels, for a truth in whole pixels
 };
 
 /// Errors of one set of pixels. All are 0 when the set is empty.
@@ -41,7 +41,7 @@ struct evaluate_score {
 
 struct evaluate_result {
     evaluate_score filled_all, filled_visible;  // every known pixel; those seen by both cameras
-    evaluate_score saved_all, kept_visible;     // of these, the ones not rejected
+    evaluate_score saved_all, kept_visible;     // pixels not rejected: known ones; visible ones
     double density_all_percent = 0;             // share of kept among known pixels
     double density_visible_percent = 0;
 };

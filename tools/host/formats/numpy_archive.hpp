@@ -9,7 +9,7 @@
 
 struct numpy_array {
     std::string name;
-    std::string type;             // as numpy names it: <f8, |u1, |O
+    std::string type;             // numpy's name of the type: <f8, |u1, |O
     std::vector<long> shape;      // empty: a single number
     std::vector<double> numbers;  // row by row; empty for an array of anything but real numbers
 };

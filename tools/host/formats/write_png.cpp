@@ -19,7 +19,7 @@ namespace {
 
 struct png_shape {
     int width_px, height_px, colour_type, bits;
-    const colormap_rgb *palette;  // of palette pictures
+    const colormap_rgb *palette;  // colours of palette pictures
     int colours;
     const char *comment = nullptr;  // NULL: none
     int transparent = -1;           // palette index; -1: none

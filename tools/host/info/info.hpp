@@ -18,7 +18,7 @@ struct info_row {
 struct info_page {
     std::string path, kind;  // e.g. "calibration (OpenCV)"
     std::vector<info_row> rows;
-    std::string mismatch;  // of a session's calibration; "": none
+    std::string mismatch;  // first pair that does not match the session's calibration; "": none
 
     void add(const std::string &key, const std::string &label, const std::string &text,
              const nlohmann::ordered_json &value) {

@@ -50,7 +50,7 @@ std::string joined(const std::string &path, const std::string &next,
     std::string next_message, both_message;
     if (calibration_file_load(next, options, &value, &report, &next_message) != ERROR_OK &&
         next_message == message) {
-        return path;  // of the same two files, and said once
+        return path;  // both names mean the same two files, whose error is reported once
     }
     return calibration_file_load(both, options, &value, &report, &both_message) == ERROR_OK ? both
                                                                                             : "";

@@ -26,7 +26,7 @@ struct reading {
     session_reader reader{};
     session_pairs pairs{};
     session_event begin{};
-    calibration_match_state state{};  // of the current pair
+    calibration_match_state state{};  // state of the current pair
     message last_error{};
 
     reading() { reader.directory = -1; }

@@ -150,7 +150,7 @@ class simplifier {
     const reconstruct_result &full_;
     const bool metric_;
     const std::uint32_t width_;
-    std::vector<std::uint32_t> number_;  // of a vertex within the current part
+    std::vector<std::uint32_t> number_;  // number of each vertex within the current part
 };
 
 triangle_list all_triangles(const reconstruct_result &full) {

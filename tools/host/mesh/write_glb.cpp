@@ -35,8 +35,8 @@ struct content {
     glb_parts parts;
     std::vector<unsigned char> texture;
     size_t at[glb_parts::COUNT + 1];  // the texture is the last
-    size_t end;                       // of the binary chunk
-    size_t plain_end;                 // of all parts, uncompressed
+    size_t end;                       // size of the binary chunk
+    size_t plain_end;                 // size of all parts, uncompressed
 };
 
 size_t padded(size_t bytes) {

@@ -45,7 +45,7 @@ struct glb_part {
 struct glb_parts {
     enum { POSITIONS, NORMALS, PLACES, FILLED, INDICES, COUNT };
     glb_part part[COUNT];
-    double min[3], max[3];  // of the stored positions
+    double min[3], max[3];  // bounds of the stored positions
     // metres = offset + scale * stored
     double offset_m[3], scale_m;
 };

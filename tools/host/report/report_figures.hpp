@@ -22,7 +22,7 @@ struct report_verdict {
 struct report_histogram {
     double low_mm = 0, high_mm = 0;
     std::vector<std::size_t> counts;
-    std::size_t nearer = 0, farther = 0;  // outside
+    std::size_t nearer = 0, farther = 0;  // points outside the range
 };
 
 /// Ground truth in the pixels of the rectified left image.
@@ -45,7 +45,7 @@ struct report_figures {
     report_histogram histogram;
     report_verdict vertical;
     report_truth truth;
-    const char *unit = "mm";  // of lengths; "units" when focal length or baseline are assumed
+    const char *unit = "mm";  // unit of lengths; "units" when focal length or baseline are assumed
 };
 
 report_figures report_figures_collect(const reconstruct_context &context);

@@ -20,8 +20,8 @@ constexpr double max_page_pixels = 1.45e6;
 constexpr std::int32_t no_truth = 0x7fffff;
 
 struct sample {
-    int x, y;        // in the rectified left image
-    std::size_t at;  // in the page's planes
+    int x, y;        // pixel of the rectified left image
+    std::size_t at;  // index in the page's planes
 };
 
 /// Calls visit(sample) for every pixel of the page.

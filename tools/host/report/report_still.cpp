@@ -14,10 +14,10 @@ using vector3 = std::array<double, 3>;
 
 constexpr int width_px = 960, height_px = 540, quality = 82;
 constexpr unsigned char background = 0xee;
-constexpr double tan_half_fov = 0.3;                 // of the picture's height
-constexpr double yaw_rad = 0.36, pitch_rad = -0.18;  // as "Oblique" in view.js
+constexpr double tan_half_fov = 0.3;                 // half the picture's height at distance 1
+constexpr double yaw_rad = 0.36, pitch_rad = -0.18;  // angles of "Oblique" in view.js
 constexpr std::size_t samples = 20000;               // enough for quantiles
-constexpr double outliers = 0.02;                    // at each end
+constexpr double outliers = 0.02;  // share of the points that is ignored at each end
 
 /// A point in the frame of drawing: x right, y up, z towards the viewer.
 vector3 place_of(const triangulate_point &point) {
@@ -31,7 +31,7 @@ double dot(const vector3 &a, const vector3 &b) {
 /// An orbit about the middle of most points, from where these fit into the picture.
 struct camera {
     vector3 right{}, up{}, back{}, target{};
-    double distance_mm = 0, pixels = 0;  // at the distance 1
+    double distance_mm = 0, pixels = 0;  // distance from `target`; pixels per unit at distance 1
 };
 
 camera camera_of(const reconstruct_result &result) {

@@ -15,15 +15,15 @@ namespace simrig {
 /// Its parameters; every imperfection can be 0.
 struct LensMotorSettings {
     double counts_per_s = 150;
-    double start_ms = 20;        ///< from command to motion
+    double start_ms = 20;        ///< delay from command to motion
     double backlash_counts = 4;  ///< play between motor and ring
     double min_step_counts = 2;  ///< dead zone: a smaller error neither starts a move nor remains
     double stop_low = 290, stop_high = 860;  ///< mechanical end stops
     double read_noise_counts = 1;            ///< sigma of a read-back
     double outlier_chance = 0.002;           ///< chance of a read-back with a random value
     double settle_error_counts = 0.7;        ///< sigma of the resting position
-    double drift_counts = 0;                 ///< of the potentiometer, at power-up
-    double drift_counts_per_h = 0;           ///< and how fast it grows when cold
+    double drift_counts = 0;                 ///< drift of the potentiometer at power-up
+    double drift_counts_per_h = 0;           ///< initial growth of the drift in a cold start
 };
 
 /// What the potentiometer reads too much at a time after power-up: the drift slows down as the part

@@ -18,16 +18,16 @@ namespace simrig {
 /// What is in force for one frame.
 struct SensorFrame {
     uint64_t number = 0;                       ///< frames since power-up, bad ones included
-    unsigned row_start = 0, column_start = 0;  ///< of the physical array
+    unsigned row_start = 0, column_start = 0;  ///< first row and column of the physical array
     unsigned height = 0, width = 0;            ///< rows and columns read, before skipping
     unsigned skip_rows = 1, skip_columns = 1, bin_rows = 1, bin_columns = 1;
     bool flip_rows = false, flip_columns = false;
-    unsigned rows = 0, columns = 0;  ///< of the image that is output
+    unsigned rows = 0, columns = 0;  ///< size of the output image
     unsigned row_clocks = 0;         ///< pixel clocks from row to row
-    unsigned blank_rows = 0;         ///< after the last one, until the next frame
+    unsigned blank_rows = 0;         ///< blank rows from the last image row to the next frame
     unsigned shutter_rows = 0;
     unsigned shutter_delay_clocks = 0;
-    double exposure_us = 0;  ///< of each row
+    double exposure_us = 0;  ///< exposure of each row
     double row_us = 0;
     /// Green of red rows, red, blue, green of blue rows.
     std::array<double, 4> analog_gain{}, digital_gain{};
@@ -147,8 +147,8 @@ class Mt9t001 {
     std::vector<uint16_t> pixels_;
     const uint16_t *line_ = nullptr;
     uint64_t frames_ = 0;
-    unsigned row_ = 0, clock_ = 0;  // in the frame; in the row
-    unsigned rows_to_wait_ = 0;     // of the exposure after a restart
+    unsigned row_ = 0, clock_ = 0;  // row in the frame; clock in the row
+    unsigned rows_to_wait_ = 0;     // remaining rows of the exposure after a restart
     unsigned row_clocks_ = 0, lead_clocks_ = 0, frame_rows_ = 0;
 };
 

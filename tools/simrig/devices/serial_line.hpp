@@ -19,8 +19,8 @@ struct SerialFaults {
     bool silent = false;        ///< no answers
     double late_ms = 0;         ///< extra delay of each answer
     double split_ms = 0;        ///< a pause somewhere in each answer
-    double garbage_chance = 0;  ///< of each returned byte to be changed
-    double lost_chance = 0;     ///< of each byte in either direction to be lost
+    double garbage_chance = 0;  ///< chance of each returned byte to be changed
+    double lost_chance = 0;     ///< chance of each byte in either direction to be lost
 };
 
 class SerialLine {

@@ -18,8 +18,8 @@ struct ServoSettings {
     double min_us = 570, max_us = 2430;  ///< range of pulses; the end stops limit it beyond
     double dead_band_us = 3;             ///< a smaller change causes no motion
     double repeatability_degrees = 0.3;  ///< sigma of the resting position
-    double offset_degrees = 0;           ///< of the horn on its spline
-    double play_degrees = 0;             ///< of the gears: the horn lags by up to half of it
+    double offset_degrees = 0;           ///< mounting angle of the horn on its spline
+    double play_degrees = 0;             ///< play of the gears: the horn lags by up to half of it
     /// At rest the horn creeps: by a random angle with this sigma, of which 1 - exp(-t / creep_s)
     /// is there a time t after the stop, in slips a second apart.
     double creep_degrees = 0;
@@ -59,7 +59,7 @@ class Servo {
     double rise_us_ = -1e18, pulse_us_ = 0, followed_us_ = 0, last_pulse_at_us_ = -1e18;
     double asked_deg_ = 0, target_deg_ = 0, at_us_ = 0;
     double motor_deg_ = 0, horn_deg_ = 0;
-    double creep_deg_ = 0;  ///< where the creep after the last stop will end
+    double creep_deg_ = 0;  ///< final angle of the creep after the last stop
     double stopped_us_ = 0;
 };
 

@@ -20,11 +20,11 @@ namespace world {
 struct Window {
     int column = 0;
     int row = 0;
-    int columns = kArrayColumns;  ///< of the array
+    int columns = kArrayColumns;  ///< array columns
     int rows = kArrayRows;
     int skip_x = 1;
     int skip_y = 1;
-    int bin_x = 1;  ///< at most skip_x
+    int bin_x = 1;  ///< factor of binning, skip_x or less
     int bin_y = 1;
 
     int output_columns() const { return columns / (2 * skip_x) * 2; }
@@ -84,7 +84,7 @@ struct Truth {
     bool mirrored_y = false;
     std::vector<float> depth_mm;       ///< z in the camera's frame; 0 where nothing is seen
     std::vector<float> normal;         ///< three a pixel, in the camera's frame
-    std::vector<std::uint8_t> id;      ///< of the object; 0 is nothing
+    std::vector<std::uint8_t> id;      ///< number of the object; 0 is nothing
     std::vector<std::string> objects;  ///< their names, the first is that of id 1
     /// The camera in the middle of each row's exposure: one for all when nothing moves.
     std::vector<Camera> cameras;

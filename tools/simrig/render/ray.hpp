@@ -53,8 +53,8 @@ inline Segment segment(const PixelView &v, Vec2 offset_px, Vec2 pupil) {
 struct Found {
     const Candidate *candidate = nullptr;
     double z = 1e30;
-    Vec3 p;          ///< in the object's frame
-    Vec3 direction;  ///< times z
+    Vec3 p;          ///< point in the object's frame
+    Vec3 direction;  ///< direction of the ray: `p` is `z` times this from its origin
 };
 
 /// Updates `best` when the candidate is met before it. `z_from`: nothing is met before.

@@ -121,7 +121,7 @@ double lux_per_luminance(const Camera &camera, Vec2 slopes) {
 }
 
 struct Block {
-    int column_begin, column_end, row_begin, row_end;  // of the output
+    int column_begin, column_end, row_begin, row_end;  // output pixels
 
     Vec2 middle(const Window &w) const {
         return 0.5 * (w.centre(column_begin, row_begin) + w.centre(column_end - 1, row_end - 1));
@@ -219,7 +219,7 @@ class Smoothness {
     Block block_;
     bool all_ = false;
     int columns_ = 0;
-    int margin_ = 0;  // of the corners around the block
+    int margin_ = 0;  // number of corners around the block on each side
     double step_ = 0;
     double blur_mm_ = 0;
     double focus_mm_ = 1;

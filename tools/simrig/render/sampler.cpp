@@ -18,7 +18,7 @@ struct Course {
     Segment ray;
     Segment middle;
     const Aperture *aperture;
-    double spot_px;  // of the lens, where the aperture leaves it to the textures' filter
+    double spot_px;  // the lens's spot, where the aperture leaves it to the textures' filter
     const PixelView *pixel;
     const std::vector<Candidate> *candidates;
     int level;

@@ -26,8 +26,8 @@ LocalLight between(const BlockLight &block, Vec2 place, int channel) {
 // A pixel of one smooth surface: what its middle ray meets, and how its rays spread there.
 struct Spread {
     const Object *object;
-    Vec3 middle;     // in the object's frame
-    Vec3 direction;  // of the ray, not of length 1
+    Vec3 middle;     // hit of the middle ray in the object's frame
+    Vec3 direction;  // direction of the middle ray, not of length 1
     Vec3 normal;
     double slant;    // sine of the angle between ray and surface
     double filter2;  // mm^2, square to the ray: of pixel and pupil
@@ -93,7 +93,7 @@ double filtered_along(const Spread &s, int channel) {
 // small enough, because a ray's filter has another shape than the pixel, and its error would
 // flicker.
 double filtered_in_four(const Spread &s, int channel, double &spread2) {
-    constexpr double kPart = 0.6;  // of the way to the pixel's corner and to the pupil's rim
+    constexpr double kPart = 0.6;  // share of the way to the pixel's corner and to the pupil's rim
     const double filter2 = kFiltered * s.filter2;
     const double rms = std::sqrt((filter2 + s.spot_mm * s.spot_mm) / std::max(s.slant, 0.05));
     const double edge = std::sqrt(filter2);

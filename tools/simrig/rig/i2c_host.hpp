@@ -16,7 +16,7 @@ namespace simrig {
 struct I2cMessage {
     uint8_t address;  ///< 7 bits
     bool read;
-    std::vector<uint8_t> bytes;  ///< to write, or as many as to read
+    std::vector<uint8_t> bytes;  ///< data to write; a read fills as many
 };
 
 enum class I2cStatus {
@@ -31,7 +31,7 @@ enum class I2cStatus {
 struct I2cResult {
     I2cStatus status = I2cStatus::kOk;
     size_t path_costs_done = 0;
-    size_t bytes_done = 0;  ///< of the message that failed
+    size_t bytes_done = 0;  ///< bytes transferred of the message that failed
 };
 
 /// Faults on the bus: lines held low.

@@ -12,7 +12,7 @@ namespace simrig {
 
 struct PpiFrame {
     uint64_t begin_ps = 0, end_ps = 0;
-    uint32_t number = 0;  ///< of the frames that passed the port since the start
+    uint32_t number = 0;  ///< number of the frame among those that passed the port since the start
     unsigned columns = 0, rows = 0;
     bool short_line = false, short_frame = false, long_frame = false;
     std::vector<uint16_t> pixels;  ///< columns * rows; missing pixels are 0

@@ -21,7 +21,7 @@ namespace simrig {
 
 struct LensSettings {
     std::array<LensMotorSettings, kLensAxes> motor;
-    std::array<double, kLensAxes> position = {300, 300, 850};  ///< at the start, counts
+    std::array<double, kLensAxes> position = {300, 300, 850};  ///< positions at the start, counts
 };
 
 struct RigSettings {
@@ -42,8 +42,8 @@ struct RigSettings {
 
 /// Positions of a camera's moving parts.
 struct CameraState {
-    double pan_deg = 0;                    ///< of the servo's horn, positive for longer pulses
-    double zoom = 0, focus = 0, iris = 0;  ///< of the rings, counts
+    double pan_deg = 0;                    ///< angle of the horn, positive for longer pulses
+    double zoom = 0, focus = 0, iris = 0;  ///< positions of the rings, counts
     double warm = 0;                       ///< share of the warming up, 0 to 1
 };
 
@@ -123,7 +123,8 @@ class Rig : public PinListener {
 
     struct Pulse {
         uint64_t rise_ps = 0, period_ps = 0;
-        uint64_t width_ps = 0, change_ps = 0;  ///< of the last whole one, and against that before
+        /// Width of the last whole pulse, and its change from the one before.
+        uint64_t width_ps = 0, change_ps = 0;
         bool high = false;
     };
     struct Span {
@@ -131,7 +132,7 @@ class Rig : public PinListener {
     };
     Span next_edge(const Pulse &pulse, uint64_t now_ps) const;
     std::array<Pulse, BRIDGE_SERVOS> pulses_;
-    uint64_t written_ps_ = 0;  ///< when a register was written last
+    uint64_t written_ps_ = 0;  ///< time of the last write to a register
     std::vector<GpioEdge> irq_edges_;
     bool irq_ = false, wake_on_irq_ = false, woken_by_irq_ = false, quiet_ = false;
     bool wake_on_frame_ = false;

@@ -58,7 +58,7 @@ class Stage {
         Pictured pictured;
         bool flip_columns = false, flip_rows = false;
         Lit columns, rows;
-        world::FrameRequest request;  ///< of the lit part
+        world::FrameRequest request;  ///< request for the lit part
     };
     static Lit lit_part(int start, int skip, int bin, int outputs, int array);
     void ask(Asked &asked, const SensorFrame &frame, double begin_us) const;

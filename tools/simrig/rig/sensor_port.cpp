@@ -117,7 +117,7 @@ void SensorPort::go_live() {
     blank_since_ps_ = wires_.now_ps();
     wires_.feed(camera_, {}, !sensor_.clock_inverted());
     wires_.set_clock(camera_, uint32_t(period_ps_));
-    wires_.stop();  // from now on every clock counts
+    wires_.stop();  // every clock counts from now on
 }
 
 void SensorPort::go_still(uint64_t now_ps) {

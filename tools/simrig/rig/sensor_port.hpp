@@ -13,9 +13,9 @@
 namespace simrig {
 
 struct SensorSettings {
-    double clock_mhz = 48;       ///< of the sensor's clock input
-    double clock_error_ppm = 0;  ///< of its oscillator
-    double answer_ns = 350;      ///< from SCL's fall until its SDA is valid
+    double clock_mhz = 48;       ///< frequency of the sensor's clock input
+    double clock_error_ppm = 0;  ///< frequency error of the sensor's oscillator
+    double answer_ns = 350;      ///< delay from SCL's fall until the sensor's SDA is valid
 };
 
 /// Faults between a sensor and the bridge.

@@ -88,7 +88,7 @@ double one_plank(const Material &m, const SurfacePlace &s, int channel, double n
 double wood(const Material &m, const SurfacePlace &s, int channel) {
     const double plank = s.sheet.y / m.plank_mm;
     const double edge = std::round(plank);
-    const double off = (plank - edge) * m.plank_mm;  // from the nearest gap
+    const double off = (plank - edge) * m.plank_mm;  // distance from the nearest gap
     const double width = std::max(1.7 * s.rms_mm, 0.25);
     const double here = one_plank(m, s, channel, off < 0 ? edge - 1 : edge);
     if (std::fabs(off) > 0.45 + width) {

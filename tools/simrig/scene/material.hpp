@@ -17,7 +17,7 @@ enum class MaterialKind { kPlaster, kWood, kPainted, kClay, kPlastic, kBoard, kP
 struct Material {
     MaterialKind kind = MaterialKind::kClay;
     std::vector<Colour> tones;  ///< one, or one for each tone of the parts
-    double contrast = 1;        ///< of the fine texture; 0: none
+    double contrast = 1;        ///< contrast of the fine texture; 0: none
     /// Mirror at right angles (0.04 glaze), and how soft its picture of the lights is, rad.
     double gloss = 0;
     double gloss_blur_rad = 0.1;
@@ -32,17 +32,17 @@ struct Material {
 /// The place of a reflectance lookup.
 struct SurfacePlace {
     Vec3 p;      ///< the body's own frame; on the tangent plane of `met`
-    Vec3 met;    ///< where the ray met the body
-    Vec3 n;      ///< normal there
-    Vec2 sheet;  ///< on a sheet: along it from the middle
+    Vec3 met;    ///< point where the ray met the body
+    Vec3 n;      ///< normal at `met`
+    Vec2 sheet;  ///< place on a sheet, from its middle
     bool on_sheet = false;
     int tone = 0;
-    double rms_mm = 0;  ///< of the filter
+    double rms_mm = 0;  ///< rms radius of the filter
     /// The same in two parts, not stretched by slant, for boards: a box and the lens's round spot.
     double edge_mm = 0;
     double spot_mm = 0;
     double texture = 1;  ///< share of the contrast of textures and ornaments
-    Vec2 slant;          ///< on a sheet: sideways part of the light over its upright part
+    Vec2 slant;          ///< sheets only: sideways part of the light over its upright part
 };
 
 /// Sets the layers of noise that this kind needs; `number` makes two surfaces of a kind differ.

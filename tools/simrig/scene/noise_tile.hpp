@@ -25,7 +25,7 @@ class NoiseTile {
 
   private:
     static constexpr int kLevels = 7;
-    static constexpr double kUnit = 4096;  ///< of the stored numbers: 8 standard deviations fit
+    static constexpr double kUnit = 4096;  ///< scale of stored numbers: 8 standard deviations fit
     double at_level(int level, double x, double y) const;
     std::vector<std::int16_t> level_[kLevels];
 };

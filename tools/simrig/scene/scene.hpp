@@ -18,11 +18,11 @@ struct Object {
     int id = 0;  ///< 1, 2, ... in the file's order; 0 is nothing
     Pose world_object;
     Pose object_world;
-    std::unique_ptr<Solid> solid;  ///< or else a sheet
+    std::unique_ptr<Solid> solid;  ///< null: the object is a sheet
     Sheet sheet;
     Material material;
     LightMap light;
-    Vec3 middle_mm;  ///< in the world: a sphere around it
+    Vec3 middle_mm;  ///< centre of a sphere around the object, in the world
     double reach_mm = 0;
 
     Ray local(const Ray &ray) const {
@@ -44,7 +44,7 @@ struct Scene {
     std::vector<AreaLight> lights;
     Colour ambient;         ///< luminance of the room in directions where nothing is hit
     Colour floor_ambient;   ///< the same seen downwards
-    Vec3 up{0, -1, 0};      ///< in the world
+    Vec3 up{0, -1, 0};      ///< upward direction in the world
     double bounce_lux = 0;  ///< typical illuminance, for light that comes back from surfaces
 };
 

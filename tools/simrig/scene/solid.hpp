@@ -32,8 +32,8 @@ struct Part {
     double floor = 0;
     double rounding = 0;
     int axis = 1;
-    int tone = 0;  ///< which colour of the material
-    Vec3 middle;   ///< of a sphere around the part
+    int tone = 0;  ///< index of its colour in the material
+    Vec3 middle;   ///< centre of a sphere around the part
     double reach = 0;
 };
 

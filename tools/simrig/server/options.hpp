@@ -12,7 +12,7 @@ namespace simrig {
 struct Options {
     std::string scene, rig, listen, log, replay, from, files, script, view, hint;
     uint64_t seed = 1;
-    uint32_t begin_s = 0;  ///< of the rig's time
+    uint32_t begin_s = 0;  ///< start of the rig's time
     int threads = 1;
     double until_s = -1;  ///< negative: to the end
     double zoom = 1, focus_mm = 1800;

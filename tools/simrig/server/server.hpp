@@ -25,7 +25,7 @@ class Server {
     struct Client {
         explicit Client(int socket) : connection(socket) {}
         Connection connection;
-        bool waits = false;   ///< for the session's step
+        bool waits = false;   ///< it waits for the end of the session's step
         bool silent = false;  ///< it sends no more
         uint16_t type = 0, tag = 0;
     };

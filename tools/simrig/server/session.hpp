@@ -73,8 +73,8 @@ class Session {
     std::unique_ptr<Setup> setup_;
     std::vector<LogEntry> entries_;  ///< empty: see kept_
     size_t count_ = 0;               ///< entries since the start
-    size_t kept_bytes_ = 0;          ///< of entries_
-    bool kept_ = true;               ///< false: they exceeded the memory
+    size_t kept_bytes_ = 0;          ///< size of `entries_`
+    bool kept_ = true;               ///< false: the entries exceeded the memory
     std::string log_path_;
     uint32_t steps_ = 0;
     std::map<std::string, Moment> moments_;

@@ -20,11 +20,11 @@ enum class Happened : uint8_t {
 
 struct LogEntry {
     Happened happened = Happened::kReleased;
-    uint8_t role = 0;     ///< of a request
-    uint16_t type = 0;    ///< of a request
-    uint32_t steps = 0;   ///< of time since the previous entry, just before this one
+    uint8_t role = 0;     ///< role of the client that sent a request
+    uint16_t type = 0;    ///< type of a request
+    uint32_t steps = 0;   ///< steps in time since the previous entry, made just before this one
     uint32_t answer = 0;  ///< CRC-32 of the reply's body
-    Body body;            ///< of a request
+    Body body;            ///< body of a request
 };
 
 constexpr uint32_t kLatestBeginS = 1000000;

@@ -30,7 +30,7 @@ struct Transfer {
         uint8_t address;
         bool read;
         uint16_t length;
-        Body bytes;  ///< of a write
+        Body bytes;  ///< data of a write
     };
     uint32_t speed_hz;
     std::vector<Part> parts;

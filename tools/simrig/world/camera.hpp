@@ -29,17 +29,17 @@ struct Optics {
     Vec2 centre_px;
     std::array<double, 3> radial{};  ///< k1 k2 k3 of Brown and Conrady
     Vec2 decentring;                 ///< p1 p2
-    double pupil_shift_mm = 0;       ///< along the axis, from its place at zoom 300
+    double pupil_shift_mm = 0;       ///< shift along the axis from the pupil's place at zoom 300
     double pupil_diameter_mm = 0;
-    double focus_distance_mm = 0;  ///< from the pupil to the sharp plane
+    double focus_distance_mm = 0;  ///< distance from the pupil to the sharp plane
     double f_number = 0;
     double corner_slope = 0;  ///< (4.096 mm / image distance), where falloff is given
     double natural_falloff = 0;
-    double mount_falloff = 0;  ///< at the corner, at this iris
+    double mount_falloff = 0;  ///< falloff at the corner, at this iris
     double transmission = 0;
-    double spot_rms_px = 0;     ///< on the axis
+    double spot_rms_px = 0;     ///< radius on the axis
     double spot_corner_px = 0;  ///< added in squares at the corner, less with the radius squared
-    double colour_scale[3] = {1, 1, 1};  ///< of the image in red, green and blue
+    double colour_scale[3] = {1, 1, 1};  ///< scale of the image in red, green and blue
     double corner_px = 1280;             ///< radius at which distortion, falloff and spot are given
 
     /// Radius of a pixel's place, squared, as a part of the corner's.

@@ -97,8 +97,8 @@ struct Mount {
 
 /// What a camera that has warmed up differs by from a cold one; in proportion between.
 struct Drift {
-    double focal_part = 0;  ///< of the image distance
-    Vec2 centre_px;         ///< of the image centre
+    double focal_part = 0;  ///< relative change of the image distance
+    Vec2 centre_px;         ///< shift of the image centre
     Vec3 turn_rad;          ///< added to the mount's turn
 };
 

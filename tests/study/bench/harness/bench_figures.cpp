@@ -16,7 +16,7 @@ constexpr const char *kThreeWay = "SGBM 3-way";
 
 struct column {
     std::string method;
-    std::vector<const bench_outcome *> recorded, views;  // in the same order for all methods
+    std::vector<const bench_outcome *> recorded, views;  // same order of the pairs for all methods
 };
 
 std::vector<column> columns_of(const std::vector<bench_outcome> &outcomes) {

@@ -23,7 +23,7 @@ bench_time bench_timed(const std::function<void()> &work);
 struct bench_planes {
     std::vector<float> guess_px;           // the disparity, of rejected pixels too
     std::vector<std::uint8_t> reason;      // enum reason
-    std::vector<std::uint8_t> confidence;  // of the winner
+    std::vector<std::uint8_t> confidence;  // confidence of the winner
     std::vector<float> sigma_px;           // predicted, 0 where rejected
 };
 

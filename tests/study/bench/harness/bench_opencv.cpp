@@ -47,7 +47,7 @@ struct opencv_input {
     cv::Mat left, right;
     int disparity_min, disparity_count;
     int before_px;  // columns added on the left
-    int width_px;   // of the pair itself
+    int width_px;   // width of the pair itself
 };
 
 opencv_input opencv_input_of(const bench_pair &pair) {

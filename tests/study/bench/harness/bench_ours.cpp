@@ -157,7 +157,7 @@ class our_method : public bench_method {
     bench_pair pair_;  // shares the pixels
     bool refine_;
     match_options options_;
-    std::map<int, team> teams_;  // by threads
+    std::map<int, team> teams_;  // key: number of threads
     std::vector<int32_t> disparity_q8_;
     std::vector<uint8_t> reason_, confidence_;
     std::vector<uint16_t> sigma_q8_;

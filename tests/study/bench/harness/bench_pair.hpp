@@ -22,9 +22,9 @@ struct bench_pair {
         mask;                 // enum of evaluate.hpp; derived from the truth when there is no file
     std::string mask_origin;  // "mask.png" or "from the truth"
     std::string set;          // recorded pairs of one origin; its own name if not given
-    std::string part;         // of rendered scenes: "develop" or "check"
+    std::string part;         // rendered scenes: "develop" or "check"
     std::vector<uint8_t> region;            // numbers of objects, from 1; empty: not given
-    std::vector<std::string> region_names;  // of the objects
+    std::vector<std::string> region_names;  // names of the objects in `region`
 
     bool is_rendered() const { return !region_names.empty(); }
 };

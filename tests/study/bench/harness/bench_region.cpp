@@ -31,7 +31,7 @@ double median(std::vector<double> &values) {
 // Counts of some pixels.
 struct counts {
     std::size_t pixels = 0, right = 0, bad_3px = 0;
-    std::vector<double> errors_px;  // of the kept
+    std::vector<double> errors_px;  // errors of the kept pixels
 
     void add(double error_px) {
         pixels++;

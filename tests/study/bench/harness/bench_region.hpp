@@ -12,13 +12,13 @@
 /// What is measured of an object's pixels that both cameras see: percent, but for the median.
 /// Right: kept, and off by at most 1 px; wrong: kept, and off by more.
 enum bench_figure {
-    BENCH_RIGHT,           // of all pixels
-    BENCH_TEXTURED_RIGHT,  // of the textured pixels
+    BENCH_RIGHT,           // right pixels, share of all pixels
+    BENCH_TEXTURED_RIGHT,  // right pixels, share of the textured pixels
     BENCH_TEXTURED_WRONG,
-    BENCH_KEPT,          // of all pixels
-    BENCH_KEPT_BAD_1PX,  // of the kept, off by more than that
+    BENCH_KEPT,          // kept pixels, share of all pixels
+    BENCH_KEPT_BAD_1PX,  // kept pixels with an error above 1 px, share of the kept
     BENCH_KEPT_BAD_3PX,
-    BENCH_MEDIAN_PX,  // of the error of the kept; where there is texture, if there is any
+    BENCH_MEDIAN_PX,  // median error of the kept pixels; of the textured ones, if there are any
     BENCH_FIGURES
 };
 

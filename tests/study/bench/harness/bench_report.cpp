@@ -61,12 +61,12 @@ constexpr group groups[] = {{"below 48", 1, 47},
 struct summary {
     std::string method;
     bool is_ours = false;
-    int pairs = 0;   // with ground truth; the means are over these
-    int behind = 0;  // of these, OpenCV is better
+    int pairs = 0;   // pairs with ground truth; the means are over these
+    int behind = 0;  // pairs with ground truth on which OpenCV is better
     double bad_1px = 0, filled_bad_1px = 0, bad_2px = 0, density = 0, kept_bad_1px = 0,
            kept_bad_3px = 0;
     std::vector<double> noise_bad_1px;
-    std::vector<std::string> sets;  // in the order of first appearance
+    std::vector<std::string> sets;  // names in the order of first appearance
     std::map<std::string, std::vector<double>> bad_1px_of_set;
     double worst_of_allowance_percent = 0;
     std::vector<double> ratios[std::size(groups)], speedups;
@@ -123,7 +123,7 @@ std::vector<summary> summaries_of(const std::vector<bench_outcome> &outcomes) {
 // Counts the pairs on which a mode of OpenCV is better than each of our methods.
 void compare_with_opencv(const std::vector<bench_outcome> &outcomes,
                          std::vector<summary> &summaries) {
-    std::map<std::string, double> best_percent;  // of OpenCV, by pair
+    std::map<std::string, double> best_percent;  // OpenCV's best result; key: pair
     for (const bench_outcome &one : outcomes) {
         if (one.has_truth && !one.is_ours) {
             const double bad_percent = one.error.all.filled_visible.bad_percent[1];

@@ -15,7 +15,7 @@
 /// Quality of the pixels, seen by both cameras, that the method did not reject.
 struct bench_kept {
     double density_percent = 0;  // share of kept among known pixels
-    double bad_3px_percent = 0;  // of the kept
+    double bad_3px_percent = 0;  // share of kept pixels with an error above 3 px
 };
 
 /// Error of a map.
@@ -48,7 +48,7 @@ bench_spread bench_spread_of(const std::vector<double> &values);
 
 /// Times of one method, one per round.
 struct bench_times {
-    std::vector<double> wall_ms;  // with this many threads
+    std::vector<double> wall_ms;  // elapsed time of each round
     std::vector<double> ratios;   // relative to the reference with as many in the same round
 };
 
@@ -63,10 +63,10 @@ struct bench_outcome {
     std::vector<float> disparity_px;    // not finite where rejected
     bench_planes planes;                // of the same run
     std::vector<double> noise_bad_1px;  // bad-1.0 with noise of 1 % exposure; empty: not measured
-    std::vector<bench_region> regions;  // of rendered scenes
-    double density_percent = 0;         // of all pixels
+    std::vector<bench_region> regions;  // regions of rendered scenes
+    double density_percent = 0;         // share of all pixels that are not rejected
     std::size_t memory_bytes = 0;
-    std::map<int, bench_times> times;  // by threads
+    std::map<int, bench_times> times;  // key: number of threads
     std::vector<double> speedups;      // one thread's time over that of two, one per round
 
     /// 24 bytes per column and disparity and 64 per column: the allowance of a row-based matcher.
