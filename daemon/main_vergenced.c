@@ -395,7 +395,7 @@ static void print_version(FILE *file) {
 
 static void print_manual_text(FILE *file) {
     const char *title = strchr(vergenced_manual, '#');
-    INVARIANT(title != NULL);  // after the line that states the licence
+    INVARIANT(title != NULL);  // the licence is above the title
     fputs(title, file);
 }
 

@@ -31,8 +31,8 @@ struct capture {
     std::array<board_view, 2> view;
     // For a calibration of all zooms only:
     size_t board = 0;  // index in `zoom_observations::boards`
-    int position = 0;  // of the board: captures with the same number show it in the same place
-    int visit = 0;     // of the pans: between captures with the same number they were not turned
+    int position = 0;  // captures with the same number show the board in the same place
+    int visit = 0;     // captures with the same number were taken without a pan in between
     std::array<zoom_axes, 2> axes{};
 };
 

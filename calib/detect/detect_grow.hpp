@@ -13,7 +13,7 @@ namespace calib::detect {
 /// A corner of a grid.
 struct node {
     bool found = false;
-    saddle at;     // in pixels of the level
+    saddle at;     // saddle point in pixels of the level
     int turn = 0;  // ray k points in grid direction (k + turn) % 4: +column, +row, -column, -row
 };
 

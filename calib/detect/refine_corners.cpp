@@ -12,9 +12,9 @@ namespace calib::detect {
 
 namespace {
 
-constexpr double radius_share = 0.45;     // of the distance to the nearest neighbour
-constexpr double max_sigma_share = 0.04;  // of that distance
-constexpr double doubtful_misfit = 0.12;  // from here on a centre of symmetry is better
+constexpr double radius_share = 0.45;     // radius over the distance to the nearest neighbour
+constexpr double max_sigma_share = 0.04;  // largest sigma over that distance
+constexpr double doubtful_misfit = 0.12;  // a centre of symmetry is better above it
 constexpr double coarse_radius_px = 10;
 constexpr double fine_radius_px = 28;
 constexpr double min_radius_px = 3.2;

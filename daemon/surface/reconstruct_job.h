@@ -42,7 +42,7 @@ struct reconstruct_job {
     struct reconstruct_result mesh;
     struct atomic_dir directory;
     struct atomic_dir debug_directory;
-    void *debug;  // of the program, which observes the matcher; NULL: not requested
+    void *debug;  // the program's observer of the matcher; NULL: not requested
     struct workers *workers;
     void *memory;
     size_t memory_bytes;

@@ -14,7 +14,7 @@ extern "C" {
 #endif
 
 struct reconstruct_program {
-    const struct image_format *formats;  // of the images that it reads
+    const struct image_format *formats;  // formats of the images that it reads
     int format_count;
     calibration_loader *load_calibration;
     result_writer *writers[RESULT_FORMATS];  // NULL: it does not write this file

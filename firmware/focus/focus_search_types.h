@@ -48,15 +48,15 @@ struct focus_search_options {
     double min, max;             ///< range of the ring, min < max
     bool from_above;             ///< side of approach
     double run_up;               ///< counts by which an approach overshoots; >= 0
-    double tolerance;            ///< within which the ring can be put, counts; > 0
+    double tolerance;            ///< largest distance of the ring from its target, counts; > 0
     double blur_per_count_px;    ///< diameter of the blur that one count makes; 0: not known
-    double counts_per_frame;     ///< that the ring moves between two frames at full speed; > 0
-    double counts_per_exposure;  ///< that it moves during an exposure
+    double counts_per_frame;     ///< movement of the ring between two frames at full speed; > 0
+    double counts_per_exposure;  ///< movement of the ring during an exposure
     double noise_ratio;          ///< variance of the noise in the search over that of the
                                  ///< settings before it (higher gain); >= 1
     double region_px;            ///< smaller side of the region
-    double expected, expected_half_range;  ///< where the peak is expected; half range 0: not known
-    enum focus_measure measure;            ///< of FOCUS_CHANNEL_CHOSEN
+    double expected, expected_half_range;  ///< range of the expected peak; half range 0: not known
+    enum focus_measure measure;            ///< measure of FOCUS_CHANNEL_CHOSEN
     enum focus_choice choice;
     bool curve_only;  ///< sweep, then return to where the ring was
 };
@@ -72,26 +72,26 @@ enum focus_step_kind {
 
 struct focus_step {
     enum focus_step_kind kind;
-    enum focus_leg leg;  ///< of the frames
+    enum focus_leg leg;  ///< leg that the frames belong to
     double position, spacing;
     unsigned frames;
-    bool slow;  ///< with exposure and gain as before the search, whose noise is less
+    bool slow;  ///< exposure and gain are those before the search, whose noise is less
 };
 
 /// What a finished step led to.
 struct focus_event {
-    double position, deviation;  ///< of the ring at rest, counts
+    double position, deviation;  ///< position of the ring at rest and its sigma, counts
     bool jammed;
 };
 
 struct focus_result {
     enum focus_verdict verdict;
-    double position;                 ///< where the ring is
+    double position;                 ///< final position of the ring
     double blur_px;                  ///< remaining diameter of the blur; < 0: not known
     double blur_counts;              ///< the same as a distance from the peak
     struct focus_peak peak, second;  ///< second.height 0: none
     unsigned tries, frames;
-    bool light_changed;  ///< by more than a tenth; it was divided out
+    bool light_changed;  ///< the light changed by more than a tenth; it was divided out
 };
 
 struct focus_search {
@@ -111,18 +111,18 @@ struct focus_search {
         FOCUS_SEARCH_END
     } phase;
     double begin;                   ///< position at the start
-    double sweep_end, spacing;      ///< of the present sweep
+    double sweep_end, spacing;      ///< end and spacing of the present sweep
     bool near_only;                 ///< the sweep covers the expected neighbourhood only
-    double target;                  ///< of the present approach
-    enum focus_channel finder;      ///< that the peak is sought in
-    enum focus_channel channel;     ///< that decides where the top is
-    double floors[FOCUS_CHANNELS];  ///< of the sweep
+    double target;                  ///< target of the present approach
+    enum focus_channel finder;      ///< channel that the peak is sought in
+    enum focus_channel channel;     ///< channel that decides where the top is
+    double floors[FOCUS_CHANNELS];  ///< floors of the sweep
     double noises[FOCUS_CHANNELS];
     double pass_min, pass_max;
     unsigned passes, stops;
     uint16_t step_begin;  ///< samples before this step
     struct focus_stop_sample stop_samples[FOCUS_TRIES];
-    double off_sum;  ///< of the tries' distances from their targets
+    double off_sum;  ///< sum of the tries' distances from their targets
     bool slow;       ///< the sweep's noise hid a peak: looked at again
     bool wide;       ///< a picture at rest does not show how far it is
     bool guessed;    ///< it is wide, and was not seen in the sweep

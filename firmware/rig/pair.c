@@ -15,7 +15,7 @@
 #include "stereo/image/image_change.h"
 
 enum {
-    PAIR_ATTEMPTS = 3,  // of cameras with their own ports, whose frames are too far apart
+    PAIR_ATTEMPTS = 3,  // attempts if frames of cameras with their own ports are too far apart
     US_PER_MS = 1000,
 };
 

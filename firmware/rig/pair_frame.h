@@ -82,8 +82,8 @@ struct pair_options {
     bool check_static;  ///< take a second left frame, and compare
     uint8_t average;    ///< frames of the same exposure, 2 .. PAIR_AVERAGE_MAX; 0: one
     uint8_t bracket;    ///< frames of different exposures, 2 .. PAIR_BRACKET_MAX; 0: one
-    uint8_t readings;   ///< of the lens positions before the frames, 1 .. RIG_LENS_READINGS_MAX; 0:
-                        ///< RIG_LENS_READINGS
+    uint8_t readings;   ///< readings of the lens positions before the frames,
+                        ///< 1 .. RIG_LENS_READINGS_MAX; 0: RIG_LENS_READINGS
     const struct pair_memory *memory;  ///< not NULL if frames are merged
 };
 
@@ -95,7 +95,7 @@ void pair_frame_assess(struct pair_frame *frame);
 
 // ---- for rig/ only
 
-enum { PAIR_FRAME_ATTEMPTS = 2 };  ///< to take one complete frame
+enum { PAIR_FRAME_ATTEMPTS = 2 };  ///< attempts at one complete frame
 
 /// Keeps a frame that was taken, with all its information but the axes, if it is complete; else
 /// releases it. `out` has no image before.

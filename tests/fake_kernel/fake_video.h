@@ -34,7 +34,7 @@ struct fake_video {
     unsigned keeps_buffers;       ///< it fills a buffer only if so many others are queued
     bool keeps_orphans;           ///< a mapped buffer outlives its release, as since Linux 5.0
     uint32_t frame_us;            ///< frame interval
-    uint32_t first_us;            ///< from STREAMON to the end of the first frame
+    uint32_t first_us;            ///< time from STREAMON to the end of the first frame
     uint32_t time_flags;          ///< V4L2_BUF_FLAG_TIMESTAMP_* and _TSTAMP_SRC_*
     bool counts;                  ///< false: sequence stays 0, as in some drivers
     bool full_range;              ///< V4L2_QUANTIZATION_FULL_RANGE

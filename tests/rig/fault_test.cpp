@@ -139,7 +139,7 @@ TEST_CASE("a call that fails is made good, or named within two seconds with the 
         const char *what;
         Port port;
         int error;
-        bool once;  // as well as for ever
+        bool once;  // the fault is also tried once
     } kinds[] = {
         {"a transfer that is not acknowledged", Port::kI2c, ERROR_I2C_NACK, true},
         {"a bus that is stuck", Port::kI2c, ERROR_I2C_STUCK, true},

@@ -28,7 +28,7 @@ struct pair {
 // In percent.
 struct figures {
     double wrong;  // bad-1.0, or of what is kept
-    double right;  // of textured pixels
+    double right;  // share of textured pixels that is right
 };
 
 static void *must(void *taken) {

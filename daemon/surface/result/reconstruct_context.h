@@ -99,10 +99,10 @@ struct reconstruct_context {
     /// The simplified surface, with its own points, pixels, normals and triangles; its vertices are
     /// points of the full surface. NULL: not simplified.
     const struct reconstruct_result *mesh;
-    bool mesh_requested;  // by --triangles or --error: mesh.ply contains it too
+    bool mesh_requested;  // --triangles or --error was given: mesh.ply contains the mesh too
     double mesh_median_mm, mesh_p99_mm, mesh_max_mm;  // distance of the full surface's points
     uint32_t mesh_uncovered;                          // points outside its borders
-    bool compress;                                    // of mesh.glb
+    bool compress;                                    // mesh.glb is compressed
     enum reconstruct_unit mesh_unit;
 
     struct message warnings[RECONSTRUCT_CONTEXT_WARNINGS];  // assumptions and doubts

@@ -21,7 +21,7 @@ int keyed_text_fields(const struct keyed_table *table, int version) {
 int keyed_text_line(const struct keyed_table *table, const char *name) {
     for (int i = 0; i < table->count; i++) {
         if (strcmp(table->fields[i].name, name) == 0) {
-            return i + 2;  // after the first line
+            return i + 2;  // fields begin in the second line
         }
     }
     return 0;
@@ -67,7 +67,7 @@ bool keyed_text_is(const struct keyed_table *table, const char *text, size_t len
 // The line has another name than the expected one: reports the most likely mistake.
 static int refuse_name(const struct keyed_table *table, struct keyed_reader *reader,
                        struct keyed_span name, const char *expected) {
-    bool before = true;  // until the expected field is met
+    bool before = true;  // the expected field has not been met
     for (int i = 0; i < table->count; i++) {
         const struct keyed_field *field = &table->fields[i];
         const bool old = field->old_name != NULL && keyed_span_is(name, field->old_name);

@@ -24,7 +24,7 @@ enum keyed_kind {
 
 struct keyed_field {
     const char *name;
-    const char *old_name;  // in version 1 of the text; NULL: the same
+    const char *old_name;  // name in version 1 of the text; NULL: the same
     int kind;
     int version;       // first version of the text that has it
     int count;         // number of values
@@ -32,14 +32,14 @@ struct keyed_field {
     int64_t min, max;  // legal range of each value, in whole units, both ends included
     const char *unit;  // "" if it has none
     const char *meaning;
-    size_t offset;  // of the first value in the record; the others follow it
+    size_t offset;  // place of the first value in the record; the others follow it
 };
 
 struct keyed_table {
-    const char *magic;  // of the first line; the version follows it, one digit
+    const char *magic;  // start of the first line; the version follows it, one digit
     int versions;
     const char *magic_wanted, *version_wanted;  // reasons to refuse a first line
-    const struct keyed_field *fields;  // in the order of the text; later versions append to it
+    const struct keyed_field *fields;  // the text's fields in order; later versions append to it
     int count;
     /// For kinds from KEYED_OTHER on. `values`: what follows the name's blank, not empty.
     /// `is_legal` is false for a NaN.

@@ -28,7 +28,7 @@ class FocusCamera {
     FocusCamera(const FocusCamera &) = delete;
 
     const hal_camera *port() const { return &port_; }
-    unsigned frames() const { return frames_; }  ///< that were taken
+    unsigned frames() const { return frames_; }  ///< number of frames taken
     /// A frame of a lens at rest, without noise and flicker.
     std::vector<uint16_t> still(const Rings &rings) const;
     /// rms over mean above black of the green pixels in a frame's region.

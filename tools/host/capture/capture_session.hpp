@@ -24,7 +24,7 @@ using capture_window = std::array<int, 4>;
 struct capture_shot : calib::capture {
     std::array<uint16_t, 2> pan_q4{};
     std::array<capture_window, 2> window_px{};
-    uint64_t begin_us = 0, end_us = 0;  // of the exposures, by the instrument's clock
+    uint64_t begin_us = 0, end_us = 0;  // time of the exposures, by the instrument's clock
     std::string moved;  // a lens that moved while the pair was taken, as "left zoom"; "": none
 };
 

@@ -21,7 +21,7 @@ namespace {
 
 using owned_file = std::unique_ptr<FILE, int (*)(FILE *)>;
 
-const int links_max = 40;  // as many as the kernel follows
+const int links_max = 40;  // the kernel's limit
 
 /// The file that `*path` means once all links at its end are followed; it need not exist. Returns
 /// false with errno set.

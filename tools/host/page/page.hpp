@@ -12,7 +12,7 @@
 
 struct page_parts {
     std::string title;
-    std::string meta;  // below the title: paragraphs (page_meta)
+    std::string meta;  // paragraphs below the title (page_meta)
     std::string body, footer;
     std::string after;             // the footer, such as data of the scripts
     const char *style = "";        // CSS beyond that of all pages

@@ -45,7 +45,7 @@ struct View {
 
 /// One pixel's rays through one camera state.
 struct PixelView {
-    Vec2 slopes;                    ///< through the pixel's middle
+    Vec2 slopes;                    ///< direction through the pixel's middle
     double step[4] = {0, 0, 0, 0};  ///< change of slopes with the pixel: x/x, x/y, y/x, y/y
     double pixel_slope = 0;         ///< size of a pixel in slopes
     double pupil_radius_mm = 0;
@@ -69,15 +69,16 @@ struct PixelTask {
     const std::vector<Candidate> *candidates = nullptr;
     const PixelView *views = nullptr;  ///< one, or one for each of `view_count` moments
     int view_count = 1;
-    const std::vector<Candidate> *const *view_candidates = nullptr;  ///< for each moment, or null
+    const std::vector<Candidate> *const *view_candidates =
+        nullptr;  ///< candidates of each moment, or null
     int channel = 1;
     bool starts_smooth = false;               ///< no edge of an object is near
     double z_from = 0;                        ///< then: nothing is nearer
-    const BlockLight *block_light = nullptr;  ///< of the one sheet, or null
-    const Patch *patch = nullptr;             ///< of one body, or null
-    Vec2 block_place;                         ///< of the pixel in the block, 0..1
-    std::uint64_t key = 0;                    ///< of this pixel
-    double electrons_per_luminance;           ///< for the pixel's own noise
+    const BlockLight *block_light = nullptr;  ///< light on the one sheet, or null
+    const Patch *patch = nullptr;             ///< shape of the one body, or null
+    Vec2 block_place;                         ///< place of the pixel in the block, 0..1
+    std::uint64_t key = 0;                    ///< random key of this pixel
+    double electrons_per_luminance;           ///< scale of the pixel's own noise
     double min_noise_e2 = 64;
 };
 

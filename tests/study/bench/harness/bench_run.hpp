@@ -61,7 +61,7 @@ struct bench_outcome {
     double z_rms = NAN;                 // see bench_z_rms
     double filled_bad_1px = 0;          // bad-1.0 filled as `vergence reconstruct --fill` does
     std::vector<float> disparity_px;    // not finite where rejected
-    bench_planes planes;                // of the same run
+    bench_planes planes;                // planes of the same run
     std::vector<double> noise_bad_1px;  // bad-1.0 with noise of 1 % exposure; empty: not measured
     std::vector<bench_region> regions;  // regions of rendered scenes
     double density_percent = 0;         // share of all pixels that are not rejected
