@@ -14,13 +14,13 @@ static int open_sim(struct backends *self, const struct config *config, struct r
     const int error = sim_backend_open(&self->sim, config->backend_address, SIM_STARTING_MS);
     self->sim.connection.timeout_ms = SIM_CONNECTION_TIMEOUT_MS;
     self->awaited = error == ERROR_MISSING || error == ERROR_TIMEOUT;
-    if (error != 0 && !self->awaited) {
+    if (error != ERROR_OK && !self->awaited) {
         return message_set(message, error, "backend = sim %s: %s", config->backend_address,
                            self->sim.connection.text);
     }
     self->has_sim = true;
     *ports = sim_backend_ports(&self->sim);
-    return 0;
+    return ERROR_OK;
 }
 
 void backends_report_mismatch(struct backends *self) {
@@ -55,8 +55,8 @@ static int open_replay(struct backends *self, struct config *config, struct rig_
     // replayed for any profile of two cameras.
     const int error =
         replay_open(&self->replay, AT_FDCWD, config->backend_address, config, message);
-    self->has_replay = error == 0;
-    if (error != 0) {
+    self->has_replay = error == ERROR_OK;
+    if (error != ERROR_OK) {
         const struct message why = *message;
         return message_set(message, error, "backend = replay: %.900s", why.text);
     }
@@ -81,17 +81,17 @@ static int open_replay(struct backends *self, struct config *config, struct rig_
                            "rig.width and rig.height to the size of its frames)",
                            config->backend_address);
     }
-    return 0;
+    return ERROR_OK;
 }
 
 /// Wraps the ports in a test's faults.
 static int wrap_faults(struct backends *self, const char *script, struct rig_ports *ports,
                        struct message *message) {
     if (script[0] == '\0') {
-        return 0;
+        return ERROR_OK;
     }
     const int error = fault_plan_parse(&self->plan, script, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     self->faults_clock = ports->clock;
@@ -122,7 +122,7 @@ static int wrap_faults(struct backends *self, const char *script, struct rig_por
     if (shared) {
         ports->camera[RIG_RIGHT] = ports->camera[RIG_LEFT];
     }
-    return 0;
+    return ERROR_OK;
 }
 
 int backends_open(struct backends *self, struct config *config, const struct hal_log *log,
@@ -141,14 +141,14 @@ int backends_open(struct backends *self, struct config *config, const struct hal
             backend_linux_open(&self->devices, config, log, ports);
             break;
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = wrap_faults(self, config->faults, ports, message);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     INVARIANT(ports->clock != NULL);
-    return 0;
+    return ERROR_OK;
 }
 
 const struct hal_store *backends_store(struct backends *self, const struct hal_store *real) {

@@ -157,14 +157,14 @@ static int make_places(const struct config *config, struct message *message) {
                                all[i].key, all[i].path, strerror(errno));
         }
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static int open_files(struct program *self, struct message *message) {
     const char *path = self->daemon.config.files;
     self->daemon.files_fd = -1;
     if (path[0] == '\0') {
-        return 0;
+        return ERROR_OK;
     }
     const bool made = mkdir(path, 0750) == 0;
     if (!made && errno != EEXIST) {
@@ -174,7 +174,7 @@ static int open_files(struct program *self, struct message *message) {
     if (self->daemon.files_fd < 0 || (!sync_directory_at(self->daemon.files_fd, "..") && made)) {
         return message_set(message, ERROR_IO, "files = %s: %s", path, strerror(errno));
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static bool are_same(int left_fd, int right_fd) {
@@ -186,14 +186,14 @@ static bool are_same(int left_fd, int right_fd) {
 static int open_store(struct program *self, struct message *message) {
     const char *path = self->daemon.config.store;
     if (path[0] == '\0') {
-        return 0;
+        return ERROR_OK;
     }
     const int error = store_open(&self->store, path, message);
-    self->store_open = error == 0;
-    if (error == 0) {
+    self->store_open = error == ERROR_OK;
+    if (error == ERROR_OK) {
         atomic_store(&self->daemon.health.set_s, store_saved_s(&self->store, STORE_CALIBRATION));
     }
-    if (error == 0 && self->daemon.files_fd >= 0 &&
+    if (error == ERROR_OK && self->daemon.files_fd >= 0 &&
         are_same(self->daemon.files_fd, self->store.directory_fd)) {
         return message_set(message, ERROR_ARGUMENT,
                            "store = %s: same directory as \"files\", whose files clients may "
@@ -207,13 +207,13 @@ static int open_store(struct program *self, struct message *message) {
 static int open_watchdog(struct program *self, struct message *message) {
     const struct config *config = &self->daemon.config;
     if (config->watchdog[0] == '\0') {
-        return 0;
+        return ERROR_OK;
     }
     const int error =
         watchdog_dev_open(&self->watchdog, config->watchdog, config->watchdog_s, message);
-    self->watchdog_open = error == 0;
+    self->watchdog_open = error == ERROR_OK;
     const unsigned period_s = (unsigned)(self->watchdog.period_us / MONOTONIC_US_IN_S);
-    if (error == 0 && period_s != 0 && period_s < CONFIG_WATCHDOG_MIN_S) {
+    if (error == ERROR_OK && period_s != 0 && period_s < CONFIG_WATCHDOG_MIN_S) {
         return message_set(message, ERROR_UNSUPPORTED,
                            "watchdog = %s: its period is at most %u s, but an orderly end may take "
                            "longer (use a watchdog of %d s or more, or none)",
@@ -256,12 +256,12 @@ static int open_parts(struct program *self, struct rig_ports *ports, struct mess
                        self->old_lines.count);
     }
     int error = open_files(self, message);
-    error = error != 0 ? error : open_store(self, message);
-    if (error == 0) {
+    error = error != ERROR_OK ? error : open_store(self, message);
+    if (error == ERROR_OK) {
         error =
             backends_open(&self->backends, &self->daemon.config, &self->daemon.log, ports, message);
     }
-    return error != 0 ? error : open_watchdog(self, message);
+    return error != ERROR_OK ? error : open_watchdog(self, message);
 }
 
 /// Connects the opened parts.
@@ -289,12 +289,12 @@ static int start(struct program *self, struct message *message) {
     struct daemon *daemon = &self->daemon;
     struct rig_ports ports;
     int error = open_parts(self, &ports, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     join_parts(self, &ports);
     error = server_open(&self->server, daemon, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     daemon->disk_writer.held_max_bytes = held_max_bytes();
@@ -308,12 +308,12 @@ static int start(struct program *self, struct message *message) {
 
 static int confine(struct program *self, struct message *message) {
     if (!self->daemon.config.confine) {
-        return 0;
+        return ERROR_OK;
     }
     const int error = confine_process(message);
     if (error == ERROR_UNSUPPORTED) {
         log_ring_print(&self->daemon.log_ring, HAL_LOG_WARNING, "%s", message->text);
-        return 0;
+        return ERROR_OK;
     }
     return error;
 }
@@ -367,9 +367,9 @@ static int serve(struct program *self) {
     struct message message;
     notify_open();
     int error = start(self, &message);
-    error = error != 0 ? error : confine(self, &message);
-    const int code = error != 0 ? fail(&message) : CLIENT_OK;
-    if (error == 0) {
+    error = error != ERROR_OK ? error : confine(self, &message);
+    const int code = error != ERROR_OK ? fail(&message) : CLIENT_OK;
+    if (error == ERROR_OK) {
         report_start(self);
         server_run(&self->server);
     }

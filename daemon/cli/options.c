@@ -52,7 +52,7 @@ static int parse_words(const struct option_page *page, const struct command_pars
             only_operands = true;
         } else if (!only_operands && word[0] == '-' && word[1] != '\0') {
             const int error = command_parse_option(parser, words, (size_t)argc, &i, values);
-            if (error != 0) {
+            if (error != ERROR_OK) {
                 return error;
             }
         } else if (taken < page->operands_max) {
@@ -76,7 +76,7 @@ static int parse_words(const struct option_page *page, const struct command_pars
         command_text_add(parser->message, ")");
         return ERROR_MISSING;
     }
-    return 0;
+    return ERROR_OK;
 }
 
 /// A length with its unit beside --unit, which is that of lengths without one.

@@ -174,9 +174,9 @@ static int make_hello(const struct remote *self, char hello[HELLO_BYTES], struct
     }
     if (error == ERROR_MISSING && self->token_path == NULL) {
         strcpy(hello, "@text\n");  // the default
-        return 0;
+        return ERROR_OK;
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         snprintf(hello, HELLO_BYTES, TOKEN_PREFIX "%s\n", token);
     }
     return error;
@@ -189,7 +189,7 @@ int remote_greet(struct remote *self, remote_show *show, void *cookie, struct me
         return 0;
     }
     int error = make_hello(self, hello, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     // A daemon that hung up has sent the reason, which can still be read if sending fails.
@@ -201,7 +201,7 @@ int remote_greet(struct remote *self, remote_show *show, void *cookie, struct me
     if (error == ERROR_TIMEOUT) {
         return message_set(message, error, "no answer (is vergenced running there?)");
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return message_set(message, ERROR_DEVICE, "connection lost");
     }
     if (is_turned_away(text)) {

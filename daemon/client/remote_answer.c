@@ -39,7 +39,7 @@ static void show_json(struct remote *self, remote_show *show, void *cookie,
     json_begin_line(&json, stream);
     json_open_object(&json, NULL);
     put_result(&json, written);
-    json_bool(&json, "ok", error == 0);
+    json_bool(&json, "ok", error == ERROR_OK);
     json_text(&json, "error", error_name(error));
     json_integer(&json, "code", error);
     json_text(&json, "message", message);

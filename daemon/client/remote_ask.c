@@ -217,7 +217,7 @@ static enum outcome receive_line(struct answer *self) {
                          : self->damaged ? FRAMING_QUIET_MS
                                          : SILENCE_MS;
     const int error = remote_receive(self->remote, limit_ms, &text);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
     }
     return serial && strstr(text, FRAMING_DAMAGED) != NULL ? NOT_RECEIVED
@@ -247,7 +247,7 @@ static enum outcome receive(struct answer *self) {
 /// connection lost.
 static bool drain(struct remote *remote) {
     int error = 0;
-    while (error == 0) {
+    while (error == ERROR_OK) {
         char *text = NULL;
         error = remote_receive(remote, FRAMING_QUIET_MS, &text);
     }

@@ -154,7 +154,7 @@ static int interrupted_code(void) {
 
 /// The exit code of a line that remote_files has carried out with this `error`.
 static int files_code(struct remote *self, int error, const struct message *message) {
-    if (error == 0) {
+    if (error == ERROR_OK) {
         return CLIENT_OK;
     }
     const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT || error == ERROR_VERSION;
@@ -234,7 +234,7 @@ static int next_line(struct remote *self, struct remote_line *script, char **lin
                                      "cannot read standard input: %s",
                                      strerror(script->errno_of_read));
         }
-        if (error == 0) {
+        if (error == ERROR_OK) {
             return 1;
         }
     }
@@ -338,7 +338,7 @@ static int converse(struct remote *self, const char *line, bool keep_going) {
         return fail(self, error, &message,
                     error == ERROR_CANCELLED ? interrupted_code() : REMOTE_EXIT_LINE);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return REMOTE_EXIT_ERR;
     }
     return self->interactive ? remote_terminal(self)
@@ -403,7 +403,7 @@ int remote_main(int argc, char **argv) {
     }
     int result = CLIENT_OK;
     const int error = open_line(&remote, arguments.connect, &message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         result = fail(&remote, error, &message,
                       error == ERROR_ARGUMENT ? CLIENT_USAGE : REMOTE_EXIT_LINE);
     } else {

@@ -68,14 +68,14 @@ static int describe(struct transfer *self, struct message *message) {
     int64_t size = -1;
     const int error =
         remote_call_about(self->remote, "fetch", self->name, &result, message, "%s", "");
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     if (!json_member_integer(result, "size", &size) || size < 0 || !read_crc(result, &self->crc)) {
         return invalid(message);
     }
     self->size = (uint64_t)size;
-    return 0;
+    return ERROR_OK;
 }
 
 static int refuse_changed(const struct transfer *self, struct message *message) {
@@ -92,7 +92,7 @@ static int fetch_block(struct transfer *self, uint64_t *offset, struct message *
     const int error = remote_call_about(self->remote, "fetch", self->name, &result, message,
                                         " offset=%" PRIu64 " bytes=%d", *offset,
                                         self->remote->line.serial ? BLOCK_SERIAL : BLOCK_SOCKET);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     if (json_member_integer(result, "offset", &at) && (uint64_t)at == *offset &&
@@ -108,13 +108,13 @@ static int fetch_block(struct transfer *self, uint64_t *offset, struct message *
         return report_errno(self->part, message);
     }
     *offset += (uint64_t)bytes;
-    return 0;
+    return ERROR_OK;
 }
 
 /// Fetches all from `offset` on.
 static int fetch_rest(struct transfer *self, uint64_t offset, struct message *message) {
     int error = ftruncate(self->fd, (off_t)offset) == 0 ? 0 : report_errno(self->part, message);
-    while (error == 0 && offset < self->size) {
+    while (error == ERROR_OK && offset < self->size) {
         error = fetch_block(self, &offset, message);
         remote_progress(self->remote, self->name, offset, self->size);
     }
@@ -125,7 +125,7 @@ static int fetch_rest(struct transfer *self, uint64_t offset, struct message *me
 /// Continues an earlier attempt. What turns out to be something else stays as it was.
 static int fetch_into_part(struct transfer *self, struct message *message) {
     const int error = self->have <= self->size ? fetch_rest(self, self->have, message) : 0;
-    if (error != 0 || is_right(self, self->fd)) {
+    if (error != ERROR_OK || is_right(self, self->fd)) {
         return error;
     }
     if (self->have == 0) {
@@ -144,7 +144,7 @@ static int look_for_local(struct transfer *self, const char *advice, bool *same,
     struct stat about;
     *same = false;
     if (lstat(self->local, &about) != 0) {
-        return 0;
+        return ERROR_OK;
     }
     if (stat(self->local, &about) != 0 || !S_ISREG(about.st_mode)) {
         return message_set(
@@ -194,15 +194,15 @@ static int fetch(struct transfer *self, struct message *message) {
     bool same = false;
     self->fd = -1;
     int error = describe(self, message);
-    error = error != 0 ? error
-                       : look_for_local(self, "another name: fetch NAME FILE, or remove it", &same,
-                                        message);
+    error = error != ERROR_OK ? error
+                              : look_for_local(self, "another name: fetch NAME FILE, or remove it",
+                                               &same, message);
     if (same) {
-        return 0;
+        return ERROR_OK;
     }
-    error = error != 0 ? error : open_part(self, message);
-    error = error != 0 ? error : fetch_into_part(self, message);
-    error = error != 0 ? error : give_name(self, message);
+    error = error != ERROR_OK ? error : open_part(self, message);
+    error = error != ERROR_OK ? error : fetch_into_part(self, message);
+    error = error != ERROR_OK ? error : give_name(self, message);
     if (self->fd >= 0) {
         close(self->fd);
     }
@@ -216,7 +216,7 @@ static int check_existing(struct transfer *self, struct message *message) {
     bool same = false;
     snprintf(advice, sizeof advice, "another name than %.*s", parent, self->local);
     const int error = describe(self, message);
-    return error != 0 ? error : look_for_local(self, advice, &same, message);
+    return error != ERROR_OK ? error : look_for_local(self, advice, &same, message);
 }
 
 // ---- fetch of a directory
@@ -250,7 +250,7 @@ static int add_file(struct listing *list, const char *directory, const struct cJ
         list->names = more;
     }
     memcpy(list->names[list->count++], name, sizeof name);
-    return 0;
+    return ERROR_OK;
 }
 
 /// Lists all files, as many at a time as vergenced returns.
@@ -266,14 +266,14 @@ static int list_files(struct remote *remote, const char *directory, struct listi
         int error = remote_call_about(remote, "files", directory, &result, message, "%s%s",
                                       before > 0 ? " after=" : "", after);
         cJSON_ArrayForEach(entry, cJSON_GetObjectItemCaseSensitive(result, "files")) {
-            error = error != 0 ? error : add_file(list, directory, entry, message);
+            error = error != ERROR_OK ? error : add_file(list, directory, entry, message);
         }
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return error;
         }
         more = cJSON_HasObjectItem(result, "more") && list->count > before;
     }
-    return 0;
+    return ERROR_OK;
 }
 
 /// Whether the directory has, or will have, a file of this name.
@@ -291,7 +291,7 @@ static bool is_listed(const struct listing *list, const char *name) {
 /// Creates the local directory, or accepts one that contains nothing else.
 static int make_directory(const struct listing *list, const char *local, struct message *message) {
     if (mkdir(local, 0777) == 0) {
-        return 0;
+        return ERROR_OK;
     }
     DIR *directory = errno == EEXIST ? opendir(local) : NULL;
     if (directory == NULL) {
@@ -302,7 +302,7 @@ static int make_directory(const struct listing *list, const char *local, struct 
                                 : message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
     }
     int error = 0;
-    for (const struct dirent *entry = readdir(directory); entry != NULL && error == 0;
+    for (const struct dirent *entry = readdir(directory); entry != NULL && error == ERROR_OK;
          entry = readdir(directory)) {
         const bool dots = strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0;
         if (!dots && !is_listed(list, entry->d_name)) {
@@ -335,7 +335,7 @@ static int move_files(struct transfer *self, const struct listing *list, bool ex
     int error = 0;
     self->name = name;
     self->local = local;
-    for (size_t i = 0; i < list->count && error == 0; i++) {
+    for (size_t i = 0; i < list->count && error == ERROR_OK; i++) {
         snprintf(name, sizeof name, "%s/%s", there, list->names[i]);
         if (snprintf(local, sizeof local, "%s/%s", here, list->names[i]) >= PATH_BYTES) {
             error = message_set(message, ERROR_ARGUMENT, "%s: name too long", here);
@@ -354,9 +354,9 @@ static int fetch_directory(struct transfer *self, struct remote_written *written
                            struct message *message) {
     struct listing list = {NULL, 0};
     int error = list_files(self->remote, self->name, &list, message);
-    error = error != 0 ? error : make_directory(&list, self->local, message);
-    error = error != 0 ? error : sync_name(self->local, message);
-    for (int pass = 0; pass < 2 && error == 0; pass++) {
+    error = error != ERROR_OK ? error : make_directory(&list, self->local, message);
+    error = error != ERROR_OK ? error : sync_name(self->local, message);
+    for (int pass = 0; pass < 2 && error == ERROR_OK; pass++) {
         error = move_files(self, &list, pass == 0, &written->bytes, message);
     }
     written->directory = true;
@@ -387,7 +387,7 @@ int remote_fetch(struct remote *remote, const char *name, const char *local,
     self->local = written->name;
     self->size = 0;
     int error = fetch(self, message);
-    written->bytes = error == 0 ? self->size : 0;
+    written->bytes = error == ERROR_OK ? self->size : 0;
     const struct cJSON *names = NULL;
     struct message ignored;
     if (error == ERROR_REFUSED &&

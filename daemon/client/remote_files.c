@@ -57,7 +57,7 @@ static int announce(struct sending *self, const char *block, struct message *mes
     const int error =
         remote_call_about(self->remote, "send", self->name, &result, message,
                           " %" PRIu64 " %08" PRIX32 "%s", self->size, self->crc, block);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     if (!json_member_integer(result, "have", &have) || have < 0 || (uint64_t)have > self->size ||
@@ -66,7 +66,7 @@ static int announce(struct sending *self, const char *block, struct message *mes
     }
     self->have = (uint64_t)have;
     self->whole = strcmp(whole, "yes") == 0;
-    return 0;
+    return ERROR_OK;
 }
 
 static int send_block(struct sending *self, struct message *message) {
@@ -83,7 +83,7 @@ static int send_block(struct sending *self, struct message *message) {
     snprintf(block, sizeof block, " offset=%" PRIu64 " block-crc=%08" PRIX32 " data=%s", offset,
              crc_update(0, data, (size_t)bytes), text);
     const int error = announce(self, block, message);
-    return error == 0 && !self->whole && self->have <= offset ? invalid(message) : error;
+    return error == ERROR_OK && !self->whole && self->have <= offset ? invalid(message) : error;
 }
 
 /// Opens the file to be sent and sums it.
@@ -99,7 +99,7 @@ static int open_sent(struct sending *self, struct message *message) {
     } else if (!remote_sum_file(self->fd, &self->size, &self->crc)) {
         error = report_errno(self->local, message);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         close(self->fd);
     }
     return error;
@@ -115,7 +115,7 @@ static int send_file(struct remote *remote, const char *local, const char *name,
                                    : slash != NULL ? slash + 1
                                                    : local};
     int error = open_sent(&self, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     bool again = true;
@@ -123,15 +123,15 @@ static int send_file(struct remote *remote, const char *local, const char *name,
     // discards it.
     for (int i = 0; i < SEND_TRIES && again; i++) {
         error = announce(&self, "", message);
-        const bool resumed = error != 0 || self.have > 0;
-        while (error == 0 && !self.whole) {
+        const bool resumed = error != ERROR_OK || self.have > 0;
+        while (error == ERROR_OK && !self.whole) {
             error = send_block(&self, message);
             remote_progress(remote, local, self.have, self.size);
         }
         remote_progress(remote, "", 0, 0);
         again = error == ERROR_REFUSED && resumed;
     }
-    INVARIANT(error != 0 || self.whole);
+    INVARIANT(error != ERROR_OK || self.whole);
     close(self.fd);
     snprintf(written->name, sizeof written->name, "%s", self.name);
     written->bytes = self.size;
@@ -214,7 +214,7 @@ static int fetch_all(struct remote *self, struct made *made, struct message *mes
             continue;
         }
         const int error = fetch_made(self, name, made->local[i], &written, message);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return error;
         }
         if (self->json) {
@@ -223,7 +223,7 @@ static int fetch_all(struct remote *self, struct made *made, struct message *mes
             remote_show_written(self, made->show, made->cookie, &written);
         }
     }
-    return 0;
+    return ERROR_OK;
 }
 
 /// Runs a line that makes files, and fetches them. As remote_ask: 1 if the answer is ERR.
@@ -231,8 +231,8 @@ static int make(struct remote *self, const char *line, remote_show *show, void *
                 struct message *message) {
     struct made made = {.show = show, .cookie = cookie};
     int error = remote_ask(self, line, hold_back, &made, message);
-    error = error == 0 ? fetch_all(self, &made, message) : error;
-    if (error == 0) {
+    error = error == ERROR_OK ? fetch_all(self, &made, message) : error;
+    if (error == ERROR_OK) {
         char *text = self->json ? cJSON_PrintUnformatted(made.answer) : NULL;
         show(self, cookie, text != NULL ? text : "OK");
         cJSON_free(text);
@@ -292,7 +292,7 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     *error = command == MAKE   ? make(self, line, show, cookie, message)
              : command == SEND ? send_file(self, words.word[1], other, &written, message)
                                : remote_fetch(self, words.word[1], other, &written, message);
-    if (*error != 0) {
+    if (*error != ERROR_OK) {
         *error = show_error(self, show, cookie, *error, message);
     } else if (command != MAKE) {
         remote_show_written(self, show, cookie, &written);

@@ -287,15 +287,15 @@ static int fill(struct remote_line *self) {
         read(self->fd, self->data + self->filled, REMOTE_LINE_BYTES - self->filled);
     if (bytes > 0) {
         take_in(self, (size_t)bytes);
-        return 0;
+        return ERROR_OK;
     }
     if (bytes < 0 && (errno == EAGAIN || errno == EINTR)) {
-        return 0;
+        return ERROR_OK;
     }
     self->errno_of_read = bytes < 0 ? errno : 0;
     if (self->script && bytes == 0 && self->filled > 0) {
         self->data[self->filled++] = '\n';  // the end of the last line may be missing
-        return 0;
+        return ERROR_OK;
     }
     return ERROR_DEVICE;
 }
@@ -330,18 +330,18 @@ int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bo
     for (;;) {
         *text = take_line(self);
         if (*text != NULL && !self->skipping) {
-            return 0;
+            return ERROR_OK;
         }
         if (*text != NULL) {
             self->skipping = false;
             if (!self->serial) {
                 *text = left_out;
-                return 0;
+                return ERROR_OK;
             }
             continue;  // garbage, after which the request is sent again
         }
         const int error = await(self, limit_ms, end_us, extra_fd, extra_ready);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return error;
         }
     }
@@ -372,7 +372,7 @@ int remote_open_default(struct remote_line *line, struct message *message) {
         char address[sizeof "unix:" + STANDARD_PATH_BYTES];
         snprintf(address, sizeof address, "unix:%.*s", STANDARD_PATH_BYTES - 1, sockets[i]);
         const int error = remote_line_open(line, address, message);
-        if (error == 0 || error == ERROR_MEMORY) {
+        if (error == ERROR_OK || error == ERROR_MEMORY) {
             return error;
         }
         number = error == ERROR_IO ? errno : 0;

@@ -64,7 +64,7 @@ int commands_store_load(const struct command_call *call, const char *name, char 
     struct store_access access = {
         .name = name, .loaded = text, .bytes = capacity, .length = length};
     const int error = run_access(call, &access);
-    INVARIANT(error != 0 || *length <= capacity);
+    INVARIANT(error != ERROR_OK || *length <= capacity);
     return error;
 }
 
@@ -87,7 +87,7 @@ int command_give(const struct command_call *call, const char *line,
     const struct command *command = NULL;
     const int error = command_parse(line, daemon->table, daemon->table_count, storage, values,
                                     &command, call->message, call->message_bytes);
-    INVARIANT(error == 0 && command != NULL);
+    INVARIANT(error == ERROR_OK && command != NULL);
     struct command_call inner = *call;
     inner.values = values;
     inner.reply = reply;

@@ -11,12 +11,12 @@ enum { COMMANDS_MAX = 64 };
 /// The rig's `status`, and the daemon's part of the state.
 static int run_status(const struct command_call *call) {
     const int error = commands_state_status(call);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     commands_session_put_state(call);
     commands_calibration_put_state(call);
-    return 0;
+    return ERROR_OK;
 }
 
 static int by_name(const void *a, const void *b) {

@@ -34,7 +34,7 @@ static int turn(const struct command_call *call, const struct zoom_state *state)
     const double right_deg = state->side[RIG_RIGHT].pan_rad * MATH_DEGREE_PER_RAD;
     snprintf(line, sizeof line, "pan %.4f right=%.4f", left_deg, right_deg);
     const int error = command_give(call, line, NULL);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_number(call, "left", left_deg, 3, "deg");
         reply_number(call, "right", right_deg, 3, "deg");
     }
@@ -49,14 +49,14 @@ static int run_aim(const struct command_call *call) {
         return command_fail(call, ERROR_MISSING, "aim: distance=MM is required");
     }
     int error = commands_calibration_zoom(call, &zoom);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     struct zoom_state state = state_of(call->rig, zoom);
     zoom_point_ahead(zoom, call->values[DISTANCE].number,
                      call->values[RIGHT].given ? call->values[RIGHT].number : 0, point_mm);
     error = zoom_aim(zoom, point_mm, &state, &fault);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         const int side = strcmp(fault.field, "left_pan_rad") == 0 ? RIG_LEFT : RIG_RIGHT;
         const struct zoom_range range = zoom->camera[side].pan_rad;
         free(zoom);

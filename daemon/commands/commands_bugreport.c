@@ -45,7 +45,7 @@ static int collect(const struct command_call *call, struct report *report) {
     }
     int error = 0;
     reply_open_file(&reply, stream);
-    for (int i = 0; error == 0 && i < SECTIONS; i++) {
+    for (int i = 0; error == ERROR_OK && i < SECTIONS; i++) {
         add_section(call, sections[i], &reply);
         daemon_progress(call, "reading", (uint32_t)i + 1, SECTIONS);
         error = daemon_should_stop(call) ? ERROR_CANCELLED : 0;
@@ -63,13 +63,13 @@ static void write_file(void *cookie) {
 static int run_bugreport(const struct command_call *call) {
     struct report report = {.call = call};
     int error = files_need_directory(call);
-    error = error != 0 ? error : collect(call, &report);
-    if (error == 0) {
+    error = error != ERROR_OK ? error : collect(call, &report);
+    if (error == ERROR_OK) {
         disk_writer_run(&daemon_of(call)->disk_writer, write_file, &report);
         error = report.error;
     }
     free(report.text);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_text(call, "file", report.name);
         reply_number(call, "size", (double)report.bytes, 0, "bytes");
     }

@@ -70,7 +70,7 @@ static int read_text(struct reading *self) {
                             self->name);
     }
     self->text->length = (size_t)length;
-    return 0;
+    return ERROR_OK;
 }
 
 static void read_job(void *cookie) {
@@ -101,7 +101,7 @@ static int use_saved(const struct calibration_text *text,
     struct calibration calibration;
     const int error = calibration_at_pair("the saved calibration", text->data, text->length, state,
                                           &calibration, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     const int length =
@@ -146,7 +146,7 @@ int commands_calibration_of_pair(const struct command_call *call, struct capture
     captured->calibration_length = 0;
     struct calibration_text *text = load_saved(call, &error);
     if (text == NULL && error == ERROR_MISSING) {
-        return 0;
+        return ERROR_OK;
     }
     if (text == NULL) {
         (void)message_set(&message, error, "the saved calibration cannot be read: %s",
@@ -157,19 +157,19 @@ int commands_calibration_of_pair(const struct command_call *call, struct capture
         error = use_saved(text, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, captured, &message);
     }
     free(text);
-    if (error != 0 && error != ERROR_MEMORY && accepted) {
+    if (error != ERROR_OK && error != ERROR_MEMORY && accepted) {
         // One that cannot be used at all is left out.
         captured->calibration_length = error == ERROR_MISMATCH ? captured->calibration_length : 0;
         reply_text(call, "accepted_mismatch", message.text);
-        return 0;
+        return ERROR_OK;
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
     }
     if (captured->calibration_own) {
         say_open_play(call);
     }
-    return 0;
+    return ERROR_OK;
 }
 
 /// The state as a pair taken now would have it, with the positions last read.
@@ -198,7 +198,7 @@ static void state_now(const struct command_call *call, struct calibration_match_
 /// these calls belong to a command that a recording does not contain.
 static int read_lenses(const struct command_call *call) {
     int error = 0;
-    for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         int32_t positions[LENS_AXES];
         if (call->rig->camera[side].lens.drive.controller != NULL &&
             !record_is_under_way(&daemon_of(call)->record)) {
@@ -224,7 +224,7 @@ int commands_calibration_zoom(const struct command_call *call, struct zoom_calib
     error =
         calibration_at_read_zoom("the saved calibration", text->data, text->length, zoom, &message);
     free(text);
-    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+    return error == ERROR_OK ? ERROR_OK : command_fail(call, error, "%s", message.text);
 }
 
 /// The identifier of a text, which need not be valid otherwise.
@@ -252,14 +252,14 @@ static void put_match(const struct command_call *call, const struct calibration_
     state_now(call, &state);
     int error = calibration_at_pair(STORE_CALIBRATION, text->data, text->length, &state,
                                     &calibration, &message);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = calibration_match(&calibration, &state, CAPTURE_ACCEPT_WORD, &message);
     }
     reply_text(call, "match",
-               error != 0                                                  ? "no"
+               error != ERROR_OK                                           ? "no"
                : calibration_match_is_partial(&calibration, &state.origin) ? "not known"
                                                                            : "yes");
-    if (error != 0) {
+    if (error != ERROR_OK) {
         reply_text(call, "mismatch", message.text);
     }
 }
@@ -332,17 +332,17 @@ static int show_text(const struct command_call *call, const char *name,
     int error;
     if (zoom_calibration_is_text(text->data, text->length)) {
         error = calibration_at_read_zoom(name, text->data, text->length, &zoom, &message);
-        if (error == 0) {
+        if (error == ERROR_OK) {
             calibration_reply_put_zoom(call, zoom);
             free(zoom);
         }
     } else {
         error = calibration_at(name, text->data, text->length, &calibration, &message);
-        if (error == 0) {
+        if (error == ERROR_OK) {
             calibration_reply_put(call, &calibration);
         }
     }
-    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+    return error == ERROR_OK ? ERROR_OK : command_fail(call, error, "%s", message.text);
 }
 
 static int run_show(const struct command_call *call) {
@@ -365,23 +365,24 @@ static int check_match(const struct command_call *call, const struct calibration
     struct calibration_match_state state;
     struct message message;
     if (call->rig->state != RIG_READY) {
-        return 0;
+        return ERROR_OK;
     }
     int error = read_lenses(call);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     state_now(call, &state);
     const bool accepted = command_is_set(&call->values[ACCEPT]);
     error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
     if (error == ERROR_SIZE_MISMATCH) {
-        return 0;  // the window may be set later, and a calibration of all zooms is cut to any
+        return ERROR_OK;  // the window may be set later, and a calibration of all zooms is cut to
+                          // any
     }
     if (error == ERROR_MISMATCH && accepted) {
         reply_text(call, "accepted_mismatch", message.text);
-        return 0;
+        return ERROR_OK;
     }
-    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+    return error == ERROR_OK ? ERROR_OK : command_fail(call, error, "%s", message.text);
 }
 
 /// Records cameras, windows and axes as they are now in a calibration that states none, as those
@@ -391,7 +392,7 @@ static int record_axes(const struct command_call *call, struct calibration *cali
     static const char note[] = "axes: where they were when it was set, not when it was made";
     struct calibration_match_state state;
     if (calibration->has_origin || call->rig->state != RIG_READY) {
-        return 0;
+        return ERROR_OK;
     }
     state_now(call, &state);
     calibration->has_origin = true;
@@ -413,7 +414,7 @@ static int record_axes(const struct command_call *call, struct calibration *cali
     }
     text->length = (size_t)length;
     *recorded = true;
-    return 0;
+    return ERROR_OK;
 }
 
 /// Checks a calibration of one state, and completes it with the axes.
@@ -422,16 +423,16 @@ static int check_one(const struct command_call *call, const char *name,
     struct calibration calibration;
     struct message message;
     int error = calibration_at(name, text->data, text->length, &calibration, &message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
     }
     error = check_match(call, &calibration);
-    if (error == 0 && !call->values[UNIT].given &&
+    if (error == ERROR_OK && !call->values[UNIT].given &&
         length_check_baseline(calibration_baseline_mm(&calibration), name,
                               "\"calibration set FILE unit=mm\" accepts it", &message) != 0) {
         return command_fail(call, ERROR_BASELINE, "%s", message.text);
     }
-    return error == 0 ? record_axes(call, &calibration, text, recorded) : error;
+    return error == ERROR_OK ? record_axes(call, &calibration, text, recorded) : error;
 }
 
 /// Checks a zoom calibration: that it is of this instrument and its cameras. Its axes may stand
@@ -442,7 +443,7 @@ static int check_zoom(const struct command_call *call, const char *name,
     struct zoom_calibration *zoom;
     struct message message;
     int error = calibration_at_read_zoom(name, text->data, text->length, &zoom, &message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
     }
     memset(&of_rig, 0, sizeof of_rig);
@@ -462,11 +463,11 @@ static int set_text(const struct command_call *call, const char *name,
     int error = zoom_calibration_is_text(text->data, text->length)
                     ? check_zoom(call, name, text)
                     : check_one(call, name, text, &recorded);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     error = commands_store_save(call, STORE_CALIBRATION, text->data, text->length);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail_store(call, error, "calibration", "save to");
     }
     reset_health(call);
@@ -483,7 +484,7 @@ static int run_set(const struct command_call *call) {
         return command_fail(call, ERROR_MEMORY, "calibration: out of memory");
     }
     disk_writer_run(&daemon_of(call)->disk_writer, read_job, &file);
-    const int error = file.error != 0 ? file.error : set_text(call, file.name, file.text);
+    const int error = file.error != ERROR_OK ? file.error : set_text(call, file.name, file.text);
     free(file.text);
     return error;
 }
@@ -493,7 +494,8 @@ static int run_forget(const struct command_call *call) {
     if (error == ERROR_MISSING) {
         return command_fail(call, error, "calibration: none saved");
     }
-    return error == 0 ? 0 : command_fail_store(call, error, "calibration", "remove from");
+    return error == ERROR_OK ? ERROR_OK
+                             : command_fail_store(call, error, "calibration", "remove from");
 }
 
 static int run_calibration(const struct command_call *call) {

@@ -117,11 +117,11 @@ static int run_token(const struct command_call *call) {
         return command_fail(call, ERROR_UNSUPPORTED, "no token: \"tcp_port\" is not set");
     }
     const int error = token_read(config->tcp_token, token, &message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
     }
     reply_text(call, "token", token);
-    return 0;
+    return ERROR_OK;
 }
 
 static int run_log(const struct command_call *call) {
@@ -282,7 +282,7 @@ static int run_watch(const struct command_call *call) {
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     const int error = command_parse(line, daemon->table, daemon->table_count, storage, values,
                                     &command, call->message, call->message_bytes);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     if (command == NULL || command->run == run_watch || strcmp(command->name, "quit") == 0) {
@@ -294,7 +294,7 @@ static int run_watch(const struct command_call *call) {
     watch->interval_us = (uint64_t)(call->values[0].number * us_per_s);
     watch->rounds_left = call->values[2].given ? (uint32_t)call->values[2].integer : 0;
     watch->on = true;
-    return 0;
+    return ERROR_OK;
 }
 
 static int run_quit(const struct command_call *call) {

@@ -63,7 +63,7 @@ int files_need_directory(const struct command_call *call) {
                             "file transfer is disabled: \"files\" is not set");
     }
     if (fstat(daemon->files_fd, &about) == 0 && about.st_nlink > 0) {
-        return 0;
+        return ERROR_OK;
     }
     // A new directory of the same name is not used.
     return command_fail(call, ERROR_DEVICE,
@@ -77,14 +77,14 @@ int files_check_plain(const struct command_call *call, const char *name) {
         return command_fail(call, ERROR_ARGUMENT,
                             "NAME: not a plain name (no /, no dot at the beginning)");
     }
-    return 0;
+    return ERROR_OK;
 }
 
 int files_check_new(const struct command_call *call, const char *name) {
     static const char good[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.+=,@";
     const int error = files_check_plain(call, name);
-    if (error != 0 || name[strspn(name, good)] == '\0') {
+    if (error != ERROR_OK || name[strspn(name, good)] == '\0') {
         return error;
     }
     return command_fail(call, ERROR_ARGUMENT,
@@ -109,7 +109,7 @@ void files_name_now(const struct command_call *call, const char *kind, const cha
 
 int files_open(const struct command_call *call, const char *name) {
     const int error = files_need_directory(call);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     // Not blocking: opening a named pipe must not stall the thread.
@@ -136,7 +136,7 @@ int files_sum(const struct command_call *call, const char *name, int fd, uint64_
             return command_fail(call, ERROR_IO, "%s: %s", name, strerror(errno));
         }
         if (bytes == 0) {
-            return 0;
+            return ERROR_OK;
         }
         *crc = crc_update(*crc, data, (size_t)bytes);
         *size += (uint64_t)bytes;
@@ -163,7 +163,7 @@ DIR *files_list_below(int root, const char *name) {
 
 int files_open_directory(const struct command_call *call, const char *name) {
     const int error = files_need_directory(call);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     const int fd = files_open_below(daemon_of(call)->files_fd, name);
@@ -173,7 +173,7 @@ int files_open_directory(const struct command_call *call, const char *name) {
 int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes) {
     const int error = files_need_directory(call);
     INVARIANT(strchr(name, '/') == NULL && strlen(name) <= FILES_NAME_MAX);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     const int full = space_check(call, &(struct free_space){.files_bytes = bytes}, NULL);
@@ -323,7 +323,7 @@ static int describe(const struct command_call *call, int fd) {
     uint64_t size = 0;
     uint32_t crc = 0;
     const int error = files_sum(call, call->values[0].text, fd, &size, &crc);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_number(call, "size", (double)size, 0, "bytes");
         put_crc(call, crc);
     }
@@ -350,7 +350,7 @@ static int send_block(const struct command_call *call, int fd) {
     base64_encode(data, (size_t)bytes, text);
     reply_text(call, "data", text);
     free(data);
-    return 0;
+    return ERROR_OK;
 }
 
 static int run_fetch(const struct command_call *call) {

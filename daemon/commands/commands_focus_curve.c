@@ -96,7 +96,7 @@ static void make_files(void *cookie) {
     const size_t stem = strlen(self->name) - strlen(".svg");
     snprintf(self->table, sizeof self->table, "%.*s.csv", (int)stem, self->name);
     self->error = write_file(self, self->name, focus_plot_svg);
-    if (self->error == 0) {
+    if (self->error == ERROR_OK) {
         self->error = write_file(self, self->table, focus_plot_csv);
     }
 }
@@ -106,10 +106,10 @@ static int run_focus_curve(const struct command_call *call) {
     const unsigned sides = commands_sides(&call->values[CURVE_SIDE]);
     const bool last = command_is_set(&call->values[CURVE_LAST]);
     int error = files_need_directory(call);
-    if (error == 0 && !last) {
+    if (error == ERROR_OK && !last) {
         error = sweep(call);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     drawing = (struct drawing){.call = call};
@@ -126,7 +126,7 @@ static int run_focus_curve(const struct command_call *call) {
     if (drawing.error == ERROR_MEMORY) {
         return command_fail(call, ERROR_MEMORY, "focus-curve: out of memory");
     }
-    if (drawing.error == 0) {
+    if (drawing.error == ERROR_OK) {
         reply_text(call, "file", drawing.name);
         reply_text(call, "table", drawing.table);
     }

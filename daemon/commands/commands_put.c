@@ -66,16 +66,17 @@ static int put_file(struct put *self, const char *name, bool inside) {
         return fd;
     }
     int error = fstat(fd, &about) != 0 ? message_set(&message, ERROR_IO, "%s", strerror(errno)) : 0;
-    error = error != 0 ? error : tftp_put(&to, fd, (uint64_t)about.st_size, &observer, &message);
+    error =
+        error != ERROR_OK ? error : tftp_put(&to, fd, (uint64_t)about.st_size, &observer, &message);
     close(fd);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         const bool no_folder = error == ERROR_MISSING && strchr(to.name, '/') != NULL;
         return command_fail(call, error, "%s: %.900s%s", name, message.text,
                             no_folder ? " (TFTP makes no directories: make it at the server)" : "");
     }
     self->files++;
     self->bytes += (uint64_t)about.st_size;
-    return 0;
+    return ERROR_OK;
 }
 
 /// Whether the name is that of a directory.
@@ -96,7 +97,7 @@ static int put_directory(struct put *self, const char *name) {
     for (int i = 0; i < count; i++) {
         char path[2 * FILES_NAME_MAX + 64];
         snprintf(path, sizeof path, "%s/%s", name, names[i]);
-        if (error == 0 && names[i][0] != '.') {
+        if (error == ERROR_OK && names[i][0] != '.') {
             error = put_file(self, path, true);
         }
         free(names[i]);
@@ -114,11 +115,11 @@ static int run_put(const struct command_call *call) {
     struct message message;
     char name[FILES_NAME_MAX + 1];
     int error = files_need_directory(call);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = tftp_parse(call->values[ADDRESS].text, &put.to, &message);
-        error = error != 0 ? command_fail(call, error, "%s", message.text) : 0;
+        error = error != ERROR_OK ? command_fail(call, error, "%s", message.text) : 0;
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     snprintf(name, sizeof name, "%s", call->values[NAME].text);
@@ -130,7 +131,7 @@ static int run_put(const struct command_call *call) {
         snprintf(put.to.name, sizeof put.to.name, "%s", name);
     }
     error = directory ? put_directory(&put, name) : put_file(&put, name, false);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_number(call, "files", put.files, 0, NULL);
         reply_number(call, "bytes", (double)put.bytes, 0, "bytes");
     }

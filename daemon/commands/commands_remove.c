@@ -103,8 +103,8 @@ static int run_remove(const struct command_call *call) {
     struct removal removal = {.call = call};
     const char *name = call->values[0].text;
     int error = files_need_directory(call);
-    error = error != 0 ? error : files_check_plain(call, name);
-    if (error != 0) {
+    error = error != ERROR_OK ? error : files_check_plain(call, name);
+    if (error != ERROR_OK) {
         return error;
     }
     if (daemon->session.recording && strcmp(daemon->session.name, name) == 0) {
@@ -112,13 +112,13 @@ static int run_remove(const struct command_call *call) {
                             name);
     }
     disk_writer_run(&daemon->disk_writer, remove_named, &removal);
-    if (removal.error == 0 && removal.left > 0 && !removal.ours) {
+    if (removal.error == ERROR_OK && removal.left > 0 && !removal.ours) {
         return command_fail(call, ERROR_REFUSED,
                             "%s: no session and no surface of this instrument (remove it by other "
                             "means)",
                             name);
     }
-    if (removal.error == 0 && removal.left > 0) {
+    if (removal.error == ERROR_OK && removal.left > 0) {
         char text[2 * FILES_NAME_MAX];
         snprintf(text, sizeof text, "%s/%s%s", name, removal.first,
                  removal.left > 1 ? " and others" : "");

@@ -22,12 +22,12 @@ static int run_replay(const struct command_call *call) {
     struct play_outcome outcome;
     struct message message;
     int error = files_need_directory(call);
-    error = error != 0 ? error : files_check_plain(call, name);
-    if (error != 0) {
+    error = error != ERROR_OK ? error : files_check_plain(call, name);
+    if (error != ERROR_OK) {
         return error;
     }
     error = play_session(daemon_of(call)->files_fd, name, &observer, &outcome, &message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
     }
     reply_text(call, "session", name);
@@ -38,7 +38,7 @@ static int run_replay(const struct command_call *call) {
     reply_text(call, "cut_off", outcome.cut ? "yes" : "no");
     reply_text(call, "same", outcome.same ? "yes" : "no");
     if (outcome.same) {
-        return 0;
+        return ERROR_OK;
     }
     reply_number(call, "command", outcome.command, 0, NULL);
     reply_number(call, "call", outcome.call, 0, NULL);

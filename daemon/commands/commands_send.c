@@ -51,8 +51,8 @@ static int take_arguments(struct receipt *self) {
     self->name = values[NAME].text;
     self->size = values[SIZE].integer;
     int error = files_need_directory(self->call);
-    error = error != 0 ? error : files_check_plain(self->call, self->name);
-    if (error != 0) {
+    error = error != ERROR_OK ? error : files_check_plain(self->call, self->name);
+    if (error != ERROR_OK) {
         return error;
     }
     if (!files_parse_crc(values[CRC].text, &self->crc)) {
@@ -67,7 +67,7 @@ static int take_arguments(struct receipt *self) {
     const int length = snprintf(self->part, sizeof self->part, ".%s.%" PRId64 "-%08" PRIX32 "%s",
                                 self->name, self->size, self->crc, PART_END);
     INVARIANT(length > 0 && (size_t)length < sizeof self->part);
-    return 0;
+    return ERROR_OK;
 }
 
 /// Whether a name is of the form that prepare_part gives: .NAME.SIZE-CRC.part
@@ -111,10 +111,10 @@ static int compare(const struct receipt *self, int fd, bool *same) {
     uint32_t crc = 0;
     *same = false;
     if (fstat(fd, &about) != 0 || !S_ISREG(about.st_mode) || about.st_size != self->size) {
-        return 0;
+        return ERROR_OK;
     }
     const int error = files_sum(self->call, self->name, fd, &size, &crc);
-    *same = error == 0 && (int64_t)size == self->size && crc == self->crc;
+    *same = error == ERROR_OK && (int64_t)size == self->size && crc == self->crc;
     return error;
 }
 
@@ -130,7 +130,7 @@ static int is_there(struct receipt *self, bool *there) {
     const int fd = openat(self->root, self->name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     *there = false;
     if (fd < 0) {
-        return 0;
+        return ERROR_OK;
     }
     const int error = compare(self, fd, there);
     close(fd);
@@ -146,7 +146,7 @@ static void remove_part(const struct receipt *self) {
 static int finish(struct receipt *self) {
     bool same = false;
     const int error = compare(self, self->fd, &same);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     if (!same) {
@@ -169,8 +169,8 @@ static int announce(struct receipt *self) {
     bool there = false;
     remove_abandoned(self->root);
     const int error = is_there(self, &there);
-    if (error != 0 || there) {
-        return error != 0 ? error : answer(self, true);
+    if (error != ERROR_OK || there) {
+        return error != ERROR_OK ? error : answer(self, true);
     }
     struct stat about;
     self->fd = openat(self->root, self->part, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0640);
@@ -217,8 +217,8 @@ static long decode_block(const struct receipt *self, uint8_t data[TEXT_MAX]) {
 static int answer_unannounced(struct receipt *self, int number) {
     bool there = false;
     const int error = number == ENOENT ? is_there(self, &there) : 0;
-    if (error != 0 || there) {
-        return error != 0 ? error : answer(self, true);
+    if (error != ERROR_OK || there) {
+        return error != ERROR_OK ? error : answer(self, true);
     }
     return command_fail(self->call, ERROR_MISSING,
                         "%s: not announced (\"send NAME SIZE CRC\" first)", self->name);
@@ -248,7 +248,7 @@ static int take_block(struct receipt *self) {
                             self->name, offset, offset + bytes, self->have, self->size);
     }
     const int error = write_block(self, offset, data, (size_t)bytes);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     return self->have == self->size ? finish(self) : answer(self, false);
@@ -262,7 +262,7 @@ static int run_send(const struct command_call *call) {
                             "send: a block needs offset=, block-crc= and data= together");
     }
     int error = take_arguments(&receipt);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = block ? take_block(&receipt) : announce(&receipt);
     }
     if (receipt.fd >= 0) {

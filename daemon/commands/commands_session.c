@@ -29,7 +29,7 @@ static int write_calibration(const struct command_call *call, struct message *me
     }
     int error = store->operations->load(store->self, STORE_CALIBRATION, text,
                                         STORE_CALIBRATION_BYTES, &length);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         INVARIANT(length <= STORE_CALIBRATION_BYTES);
         error = zoom_calibration_is_text(text, length)
                     ? 0
@@ -68,21 +68,22 @@ static void look_for_name(void *cookie) {
     } else {
         error = session_writer_check(root, self->name->text, &message);
     }
-    self->error = error == 0 ? 0 : command_fail(self->call, error, "%s", message.text);
+    self->error =
+        error == ERROR_OK ? ERROR_OK : command_fail(self->call, error, "%s", message.text);
 }
 
 /// Checks, before there is any data, that a session of this name can be started.
 static int check_name(const struct command_call *call, const struct command_value *name, bool add) {
     struct beginning beginning = {.call = call, .name = name, .add = add};
     int error = files_need_directory(call);
-    if (error != 0 || !name->given) {
+    if (error != ERROR_OK || !name->given) {
         return error;
     }
     error = files_check_new(call, name->text);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         disk_writer_run(&daemon_of(call)->disk_writer, look_for_name, &beginning);
     }
-    return error != 0 ? error : beginning.error;
+    return error != ERROR_OK ? error : beginning.error;
 }
 
 static void write_beginning(void *cookie) {
@@ -106,17 +107,17 @@ static void write_beginning(void *cookie) {
         add ? session_writer_resume(&session->writer, daemon->files_fd, session->name, &message)
             : session_writer_begin(&session->writer, daemon->files_fd, session->name,
                                    version_build_id(), call->rig->profile.name, date, &message);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         session->writer.free_bytes = space_check_now(daemon).files_bytes;
         error = session_writer_instrument(&session->writer, &self->instrument, &message);
         // A saved one that the pair was taken without, since it cannot be read, is left out.
         const bool left_out = self->captured != NULL && self->captured->calibration_length == 0;
-        error = error != 0 || left_out ? error : write_calibration(call, &message);
-        if (error != 0) {
+        error = error != ERROR_OK || left_out ? error : write_calibration(call, &message);
+        if (error != ERROR_OK) {
             session_writer_discard(&session->writer, daemon->files_fd);
         }
     }
-    self->error = error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+    self->error = error == ERROR_OK ? ERROR_OK : command_fail(call, error, "%s", message.text);
 }
 
 /// Starts a session, or continues it; only after `check_name`.
@@ -144,16 +145,16 @@ struct writing {
 static int write_with_registers(struct writing *self) {
     struct session *session = self->session;
     int error = 0;
-    for (size_t i = 0; error == 0 && i < self->registers->count; i++) {
+    for (size_t i = 0; error == ERROR_OK && i < self->registers->count; i++) {
         const struct registers_run *run = &self->registers->run[i];
         error = session_writer_registers(&session->writer, rig_part_text(run->part), run->at_us,
                                          run->first, run->values, run->count, &self->message);
     }
-    if (error == 0 && self->captured->calibration_own) {
+    if (error == ERROR_OK && self->captured->calibration_own) {
         error = session_writer_calibration(&session->writer, self->captured->calibration,
                                            self->captured->calibration_length, &self->message);
     }
-    return error != 0
+    return error != ERROR_OK
                ? error
                : session_writer_pair(&session->writer, &self->captured->pair, &self->message);
 }
@@ -163,10 +164,10 @@ static void write_whole(void *cookie) {
     struct writing *self = cookie;
     struct session *session = self->session;
     int error = session_writer_command(&session->writer, self->command, &self->message);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = write_with_registers(self);
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = session_writer_end(&session->writer, &self->message);
     } else {
         session_writer_discard(&session->writer, self->files_fd);
@@ -212,11 +213,13 @@ static int save_pair(const struct command_call *call, const struct captured_pair
     if (session->recording) {
         writing.error = record_flush(&daemon->record, &writing.message);
     }
-    if (writing.error == 0) {
+    if (writing.error == ERROR_OK) {
         disk_writer_run(&daemon->disk_writer, session->recording ? write_pair : write_whole,
                         &writing);
     }
-    return writing.error == 0 ? 0 : command_fail(call, writing.error, "%s", writing.message.text);
+    return writing.error == ERROR_OK
+               ? 0
+               : command_fail(call, writing.error, "%s", writing.message.text);
 }
 
 static void set_name(void *cookie) {
@@ -239,14 +242,14 @@ static int write_session(const struct command_call *call, struct captured_pair *
                          const struct registers_all *registers) {
     struct session *session = &daemon_of(call)->session;
     if (!session->recording && !call->values[CAPTURE_NAME].given) {
-        return 0;
+        return ERROR_OK;
     }
     int error = session->recording
                     ? 0
                     : begin_session(call, &call->values[CAPTURE_NAME], "capture",
                                     command_is_set(&call->values[CAPTURE_ADD]), captured);
-    error = error != 0 ? error : save_pair(call, captured, registers);
-    if (error == 0) {
+    error = error != ERROR_OK ? error : save_pair(call, captured, registers);
+    if (error == ERROR_OK) {
         captured->in_session = true;
         snprintf(captured->name, sizeof captured->name, "%s", session->name);
         // Its number in the session, as for "reconstruct", not the rig's count.
@@ -261,15 +264,15 @@ static int take_pair(const struct command_call *call, const struct pair_options 
     struct session *session = &daemon_of(call)->session;
     struct registers_all registers;
     int error = capture_take(call->rig, options, &captured->pair, &registers);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     describe(call, captured);
     const int mismatch =
         commands_calibration_of_pair(call, captured, command_is_set(&call->values[CAPTURE_ACCEPT]));
     error = session->recording ? 0 : mismatch;
-    error = error != 0 ? error : write_session(call, captured, &registers);
-    if (error != 0) {
+    error = error != ERROR_OK ? error : write_session(call, captured, &registers);
+    if (error != ERROR_OK) {
         pair_release(captured->pair.frame);
         return error;
     }
@@ -296,8 +299,8 @@ static int run_capture(const struct command_call *call) {
     int error = named ? check_name(call, &call->values[CAPTURE_NAME], add)
                 : add ? command_fail(call, ERROR_ARGUMENT, "capture: add needs the session's NAME")
                       : 0;
-    error = error != 0 ? error : space_check_pair(call, &options, named);
-    if (error != 0) {
+    error = error != ERROR_OK ? error : space_check_pair(call, &options, named);
+    if (error != ERROR_OK) {
         return error;
     }
     struct captured_pair *captured = calloc(1, sizeof *captured);
@@ -334,7 +337,7 @@ static int give_learned(const struct command_call *call, const struct saved_lens
     char lines[SAVED_LENS_LINES][SAVED_LENS_LINE_BYTES];
     const size_t count = saved_lens_commands(learned, call->rig, true, lines, 0);
     int error = 0;
-    for (size_t i = 0; i < count && error == 0; i++) {
+    for (size_t i = 0; i < count && error == ERROR_OK; i++) {
         error = command_give(call, lines[i], NULL);
     }
     return error;
@@ -349,11 +352,11 @@ static int write_settings(const struct command_call *call, struct message *messa
     struct config defaults;
     config_defaults(&defaults);
     int error = config_set(&defaults, CONFIG_PROFILE_KEY, config->like, message);
-    INVARIANT(error == 0);
+    INVARIANT(error == ERROR_OK);
     if (!named) {
         error = session_writer_setting(&session->writer, CONFIG_PROFILE_KEY, config->like, message);
     }
-    for (size_t i = 0; error == 0 && i < config_key_count(); i++) {
+    for (size_t i = 0; error == ERROR_OK && i < config_key_count(); i++) {
         char value[CONFIG_TEXT_BYTES + 16];
         char before[CONFIG_TEXT_BYTES + 16];
         config_key_print(config, i, value, sizeof value);
@@ -361,7 +364,8 @@ static int write_settings(const struct command_call *call, struct message *messa
         if (config_key_is_of_rig(i) && strcmp(value, before) != 0) {
             error = session_writer_setting(&session->writer, config_key_name(i), value, message);
             // A key may set others too, which then need not be written.
-            error = error != 0 ? error : config_set(&defaults, config_key_name(i), value, message);
+            error = error != ERROR_OK ? error
+                                      : config_set(&defaults, config_key_name(i), value, message);
         }
     }
     return error;
@@ -374,17 +378,19 @@ static int start_recording(const struct command_call *call) {
         return command_fail(call, ERROR_BUSY, "record: already recording %s", session->name);
     }
     int error = check_name(call, &call->values[1], false);
-    error = error != 0 ? error : space_check_recording(call);
-    error = error != 0 ? error : begin_session(call, &call->values[1], "record", false, NULL);
-    if (error != 0) {
+    error = error != ERROR_OK ? error : space_check_recording(call);
+    error =
+        error != ERROR_OK ? error : begin_session(call, &call->values[1], "record", false, NULL);
+    if (error != ERROR_OK) {
         return error;
     }
     struct saved_lenses learned;
     saved_lens_take(call->rig, &learned);
     begin_afresh(call->rig);
     error = write_settings(call, &message);
-    error = error != 0 ? error : record_start(&daemon_of(call)->record, &session->writer, &message);
-    if (error != 0) {
+    error = error != ERROR_OK ? error
+                              : record_start(&daemon_of(call)->record, &session->writer, &message);
+    if (error != ERROR_OK) {
         session_writer_discard(&session->writer, daemon_of(call)->files_fd);
         return command_fail(call, error, "%s", message.text);
     }
@@ -405,13 +411,13 @@ static int stop_recording(struct daemon *daemon, struct message *message) {
     struct writing end = {.session = session};
     end.error = record_stop(&daemon->record, &end.message);
     session->recording = false;
-    if (end.error != 0) {
+    if (end.error != ERROR_OK) {
         session_writer_leave(&session->writer);
         return message_set(message, end.error, "%.900s; the recording is cut off there",
                            end.message.text);
     }
     disk_writer_run(&daemon->disk_writer, write_end, &end);
-    if (end.error == 0) {
+    if (end.error == ERROR_OK) {
         report(daemon, "has ended");
     }
     *message = end.message;
@@ -438,7 +444,7 @@ static int run_record(const struct command_call *call) {
         if (!session->recording) {
             reply_text(call, "recording", "nothing");
         }
-        return 0;
+        return ERROR_OK;
     }
     if (call->values[0].choice == START) {
         return start_recording(call);
@@ -453,7 +459,7 @@ static int run_record(const struct command_call *call) {
     reply_text(call, "session", session->name);
     reply_number(call, "pairs", session->writer.pairs, 0, NULL);
     const int error = stop_recording(daemon_of(call), &message);
-    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+    return error == ERROR_OK ? ERROR_OK : command_fail(call, error, "%s", message.text);
 }
 
 void commands_session_end(struct daemon *daemon) {

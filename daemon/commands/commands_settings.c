@@ -88,7 +88,7 @@ static int load(const struct command_call *call, struct saved_settings *saved) {
         return command_fail(call, error,
                             "settings: none saved (\"settings save\" saves those in force)");
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = saved_settings_parse(text, length, saved, &why);
     }
     // Longer than any saved record.
@@ -102,7 +102,7 @@ static int load(const struct command_call *call, struct saved_settings *saved) {
     if (error == ERROR_VERSION) {
         return command_fail(call, error, "settings: %s", why.text);
     }
-    return error == 0 ? 0 : command_fail_store(call, error, "settings", "read from");
+    return error == ERROR_OK ? ERROR_OK : command_fail_store(call, error, "settings", "read from");
 }
 
 // ---- the commands
@@ -110,7 +110,7 @@ static int load(const struct command_call *call, struct saved_settings *saved) {
 /// Runs a command, so that a recording can be replayed without the store.
 static int run_line(const struct command_call *call, const char *line) {
     const int error = command_give(call, line, NULL);
-    if (error != 0 && error != ERROR_CANCELLED) {
+    if (error != ERROR_OK && error != ERROR_CANCELLED) {
         char why[256];
         snprintf(why, sizeof why, "%s", call->message);
         return command_fail(call, error, "settings: \"%s\" failed: %s", line, why);
@@ -124,16 +124,16 @@ static int restore(const struct command_call *call, bool axes, struct saved_sett
     struct message why;
     size_t of_cameras = 0;
     int error = load(call, saved);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     error = saved_settings_check(saved, call->rig, &why);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail(call, error, "settings: %s", why.text);
     }
     const size_t all = saved_settings_commands(saved, call->rig, lines, &of_cameras);
     const size_t count = axes ? all : of_cameras;
-    for (size_t i = 0; i < count && error == 0; i++) {
+    for (size_t i = 0; i < count && error == ERROR_OK; i++) {
         daemon_progress(call, "restoring", (uint32_t)i, (uint32_t)count);
         error = daemon_should_stop(call) ? ERROR_CANCELLED : run_line(call, lines[i]);
     }
@@ -143,7 +143,7 @@ static int restore(const struct command_call *call, bool axes, struct saved_sett
 static int run_show(const struct command_call *call) {
     struct saved_settings saved;
     const int error = load(call, &saved);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_settings(call, &saved);
     }
     return error;
@@ -155,17 +155,17 @@ static int run_save(const struct command_call *call) {
     saved_settings_take(call->rig, &saved);
     const size_t length = saved_settings_print(&saved, text);
     const int error = commands_store_save(call, SAVED_SETTINGS_RECORD, text, length);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail_store(call, error, "settings", "save to");
     }
     reply_settings(call, &saved);
-    return 0;
+    return ERROR_OK;
 }
 
 static int run_restore(const struct command_call *call) {
     struct saved_settings saved;
     const int error = restore(call, true, &saved);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         reply_settings(call, &saved);
     }
     return error;
@@ -176,7 +176,8 @@ static int run_forget(const struct command_call *call) {
     if (error == ERROR_MISSING) {
         return command_fail(call, error, "settings: none saved");
     }
-    return error == 0 ? 0 : command_fail_store(call, error, "settings", "remove from");
+    return error == ERROR_OK ? ERROR_OK
+                             : command_fail_store(call, error, "settings", "remove from");
 }
 
 static int run_settings(const struct command_call *call) {
@@ -199,22 +200,22 @@ static int restore_cameras(const struct command_call *call) {
     struct daemon *daemon = daemon_of(call);
     struct saved_settings saved;
     if (!daemon->config.restore || daemon->store == NULL) {
-        return 0;
+        return ERROR_OK;
     }
     const int error = restore(call, false, &saved);
-    if (error == ERROR_CANCELLED || (error != 0 && call->rig->state != RIG_READY)) {
+    if (error == ERROR_CANCELLED || (error != ERROR_OK && call->rig->state != RIG_READY)) {
         return error;
     }
-    if (error != 0 && error != ERROR_MISSING) {
+    if (error != ERROR_OK && error != ERROR_MISSING) {
         // The instrument works, with other settings: reported, but not a failure of the bring-up.
         log_ring_print(&daemon->log_ring, HAL_LOG_WARNING, "%s", call->message);
     }
     reply_text(call, "settings",
-               error == 0               ? "restored"
+               error == ERROR_OK        ? "restored"
                : error == ERROR_MISSING ? "none saved"
                                         : call->message);
     call->message[0] = '\0';
-    return 0;
+    return ERROR_OK;
 }
 
 int commands_settings_bringup(const struct command_call *call) {
@@ -222,7 +223,7 @@ int commands_settings_bringup(const struct command_call *call) {
     const struct command *table = command_rig_table(&count);
     const struct command *bringup = command_find(table, count, COMMANDS_BRINGUP);
     const int error = record_run(&daemon_of(call)->record, bringup, call, COMMANDS_BRINGUP);
-    return error != 0 ? error : restore_cameras(call);
+    return error != ERROR_OK ? error : restore_cameras(call);
 }
 
 static const struct command_argument arguments[] = {

@@ -54,13 +54,13 @@ static int open_slots(struct update *self) {
     for (size_t i = 0; i < SLOTS && names[i][0] != '\0'; i++) {
         struct slot *slot = &self->slots[i];
         const int error = flash_open(&slot->flash, names[i], &self->message);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return fail(self, error, "");
         }
         self->slot_count++;
         self->capacity = slot->flash.bytes > self->capacity ? slot->flash.bytes : self->capacity;
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static void close_slots(struct update *self) {
@@ -73,7 +73,7 @@ static void close_slots(struct update *self) {
 static int take_memory(struct update *self) {
     const struct free_space need = {.memory_bytes = self->capacity};
     const int error = space_check(self->call, &need, "remove files");
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     self->data = malloc(self->capacity);
@@ -84,20 +84,20 @@ static int take_memory(struct update *self) {
 static int inspect_slot(struct update *self, struct slot *slot) {
     size_t bytes = 0;
     int error = flash_read(&slot->flash, 0, self->data, FIT_HEADER_BYTES, &self->message);
-    if (error == 0 && fit_begins(self->data, &bytes) && bytes <= slot->flash.bytes) {
+    if (error == ERROR_OK && fit_begins(self->data, &bytes) && bytes <= slot->flash.bytes) {
         error = flash_read(&slot->flash, 0, self->data, bytes, &self->message);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return fail(self, error, "");
     }
     // Without a header the check does not look at the rest.
     slot->valid = fit_check(self->data, slot->flash.bytes, &slot->fit, &slot->why) == 0;
-    return 0;
+    return ERROR_OK;
 }
 
 static int inspect_slots(struct update *self) {
     int error = 0;
-    for (size_t i = 0; i < self->slot_count && error == 0; i++) {
+    for (size_t i = 0; i < self->slot_count && error == ERROR_OK; i++) {
         error = inspect_slot(self, &self->slots[i]);
     }
     return error;
@@ -146,11 +146,11 @@ static int load_file(struct update *self, const char *name, size_t *bytes) {
         return fd;
     }
     int error = fstat(fd, &about) != 0 ? ERROR_IO : 0;
-    if (error == 0 && (uint64_t)about.st_size > self->capacity) {
+    if (error == ERROR_OK && (uint64_t)about.st_size > self->capacity) {
         error = command_fail(self->call, ERROR_TOO_LARGE, "%s: larger than the slot of %zu bytes",
                              name, self->capacity);
     }
-    for (*bytes = 0; error == 0 && *bytes < (size_t)about.st_size;) {
+    for (*bytes = 0; error == ERROR_OK && *bytes < (size_t)about.st_size;) {
         const ssize_t count = read(fd, self->data + *bytes, (size_t)about.st_size - *bytes);
         error = count <= 0 ? command_fail(self->call, ERROR_IO, "%s: cannot be read", name) : 0;
         *bytes += count > 0 ? (size_t)count : 0;
@@ -164,10 +164,10 @@ static int load_tftp(struct update *self, const char *address, size_t *bytes) {
     const struct tftp_observer observer = commands_observe_transfer(&call);
     struct tftp_address from;
     int error = tftp_parse(address, &from, &self->message);
-    error = error != 0
+    error = error != ERROR_OK
                 ? error
                 : tftp_get(&from, self->data, self->capacity, bytes, &observer, &self->message);
-    return error != 0 ? fail(self, error, "") : 0;
+    return error != ERROR_OK ? fail(self, error, "") : ERROR_OK;
 }
 
 /// Loads the new image and checks everything that can be checked before writing.
@@ -178,11 +178,11 @@ static int load_image(struct update *self, const char *name, const struct slot *
     size_t bytes = 0;
     int error =
         tftp_is_address(name) ? load_tftp(self, name, &bytes) : load_file(self, name, &bytes);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     error = fit_check(self->data, bytes, &self->image, &self->message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return fail(self, error, name);
     }
     if (strcmp(self->image.board, board) != 0) {
@@ -202,7 +202,7 @@ static int load_image(struct update *self, const char *name, const struct slot *
                             "(older=yes also erases that)",
                             name, time, other->flash.name, other_time);
     }
-    return 0;
+    return ERROR_OK;
 }
 
 // ---- writing
@@ -214,7 +214,7 @@ static int verify(struct update *self, const struct flash *flash) {
         const size_t left = self->image.bytes - at;
         const size_t bytes = left < sizeof back ? left : sizeof back;
         const int error = flash_read(flash, at, back, bytes, &self->message);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return error;
         }
         for (size_t i = 0; i < bytes; i++, at++) {
@@ -227,13 +227,13 @@ static int verify(struct update *self, const struct flash *flash) {
         }
         daemon_progress(self->call, "bytes compared", (uint32_t)at, (uint32_t)self->image.bytes);
     }
-    return 0;
+    return ERROR_OK;
 }
 
 /// Erases what the image needs, the first block first.
 static int erase(struct update *self, const struct flash *flash) {
     int error = 0;
-    for (size_t at = 0; at < self->image.bytes && error == 0; at += flash->block_bytes) {
+    for (size_t at = 0; at < self->image.bytes && error == ERROR_OK; at += flash->block_bytes) {
         error = flash_erase(flash, at, flash->block_bytes, &self->message);
         daemon_progress(self->call, "bytes erased", (uint32_t)at, (uint32_t)self->image.bytes);
     }
@@ -245,13 +245,13 @@ static int write_image(struct update *self, const struct flash *flash) {
     const size_t block = flash->block_bytes, all = self->image.bytes;
     const size_t first = all < block ? all : block;
     int error = erase(self, flash);
-    for (size_t at = first; at < all && error == 0; at += block) {
+    for (size_t at = first; at < all && error == ERROR_OK; at += block) {
         const size_t bytes = all - at < block ? all - at : block;
         error = flash_write(flash, at, self->data + at, bytes, &self->message);
         daemon_progress(self->call, "bytes written", (uint32_t)at, (uint32_t)all);
     }
-    error = error != 0 ? error : flash_write(flash, 0, self->data, first, &self->message);
-    return error != 0 ? error : verify(self, flash);
+    error = error != ERROR_OK ? error : flash_write(flash, 0, self->data, first, &self->message);
+    return error != ERROR_OK ? error : verify(self, flash);
 }
 
 static int run_image(struct update *self) {
@@ -261,15 +261,15 @@ static int run_image(struct update *self) {
     struct slot *other = self->slot_count == SLOTS ? &self->slots[1 - index] : NULL;
     const bool older = command_is_set(&call->values[OLDER]);
     int error = load_image(self, call->values[IMAGE].text, slot, other, older);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     error = write_image(self, &slot->flash);
-    if (error == 0 && other != NULL && other->valid &&
+    if (error == ERROR_OK && other != NULL && other->valid &&
         self->image.timestamp < other->fit.timestamp) {
         error = flash_erase(&other->flash, 0, other->flash.block_bytes, &self->message);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return command_fail(call, error, "%.800s (%s)", self->message.text,
                             other != NULL && other->valid
                                 ? "the other slot is whole and boots"
@@ -281,17 +281,17 @@ static int run_image(struct update *self) {
     reply_time(call, self->image.timestamp);
     reply_number(call, "size", (double)self->image.bytes, 0, "bytes");
     reply_text(call, "verified", "yes");
-    return 0;
+    return ERROR_OK;
 }
 
 static int run_update(const struct command_call *call) {
     struct update update = {.call = call};
     int error = open_slots(&update);
-    error = error != 0 ? error : take_memory(&update);
-    error = error != 0 ? error : inspect_slots(&update);
-    if (error == 0 && call->values[IMAGE].given) {
+    error = error != ERROR_OK ? error : take_memory(&update);
+    error = error != ERROR_OK ? error : inspect_slots(&update);
+    if (error == ERROR_OK && call->values[IMAGE].given) {
         error = run_image(&update);
-    } else if (error == 0) {
+    } else if (error == ERROR_OK) {
         reply_slots(&update);
     }
     free(update.data);

@@ -50,7 +50,7 @@ static int develop(struct view *self, int shrink) {
         half.width_px /= RIG_SIDES;
         half.pixels += (size_t)side * (size_t)half.width_px * (size_t)half.channels;
         const int error = picture_develop(image, &balance, shrink, &half);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return error;
         }
         if (!self->full) {
@@ -58,7 +58,7 @@ static int develop(struct view *self, int shrink) {
             picture_mark(image, &noise, self->look[side].skip, shrink, &half, &self->marks[side]);
         }
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static int write_png(struct view *self) {
@@ -88,7 +88,7 @@ static void make_file(void *cookie) {
         picture->palette = self->palette;
     }
     self->error = picture->pixels != NULL ? develop(self, shrink) : ERROR_MEMORY;
-    self->error = self->error == 0 ? write_png(self) : self->error;
+    self->error = self->error == ERROR_OK ? write_png(self) : self->error;
     free(picture->pixels);
 }
 
@@ -149,16 +149,16 @@ static int run_view(const struct command_call *call) {
     }
     view = (struct view){.call = call, .full = command_is_set(&call->values[VIEW_FULL])};
     int error = check_space(&view);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     error = view_take(call->rig, call->values, view.look);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         disk_writer_run(&daemon_of(call)->disk_writer, make_file, &view);
         pair_look_release(view.look);
         error = view.error;
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         put_answer(&view);
     }
     return error != ERROR_MEMORY ? error : command_fail(call, error, "view: out of memory");

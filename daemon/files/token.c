@@ -74,7 +74,7 @@ static int read_token(int fd, const char *path, bool own, char token[TOKEN_BYTES
     }
     memcpy(token, text, TOKEN_DIGITS);
     token[TOKEN_DIGITS] = '\0';
-    return 0;
+    return ERROR_OK;
 }
 
 static int read_file(const char *path, bool own, char token[TOKEN_BYTES], struct message *message) {

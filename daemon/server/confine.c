@@ -94,7 +94,7 @@ static int add_rules(scmp_filter_ctx filter) {
     char *rest = NULL;
     int error = 0;
     memcpy(names, allowed, sizeof names);
-    for (char *name = strtok_r(names, " ", &rest); error == 0 && name != NULL;
+    for (char *name = strtok_r(names, " ", &rest); error == ERROR_OK && name != NULL;
          name = strtok_r(NULL, " ", &rest)) {
         // Calls that this architecture or libseccomp does not have are not an error.
         const int call = seccomp_syscall_resolve_name(name);
@@ -103,17 +103,17 @@ static int add_rules(scmp_filter_ctx filter) {
     }
     // Threads, but no processes. The filter cannot see the flags of clone3; without clone3 the C
     // library falls back to clone.
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = allow_masked(filter, SCMP_SYS(clone), 0, CLONE_THREAD, CLONE_THREAD);
     }
-    for (size_t i = 0; error == 0 && i < sizeof requests / sizeof requests[0]; i++) {
+    for (size_t i = 0; error == ERROR_OK && i < sizeof requests / sizeof requests[0]; i++) {
         error = allow_masked(filter, SCMP_SYS(ioctl), 1, requests[i].mask, requests[i].request);
     }
     static const unsigned families[] = {AF_UNIX, AF_INET};
-    for (size_t i = 0; error == 0 && i < sizeof families / sizeof families[0]; i++) {
+    for (size_t i = 0; error == ERROR_OK && i < sizeof families / sizeof families[0]; i++) {
         const struct scmp_arg_cmp same = {.arg = 0, .op = SCMP_CMP_EQ, .datum_a = families[i]};
         error = seccomp_rule_add_array(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, &same);
     }
@@ -126,19 +126,19 @@ int confine_process(struct message *message) {
         return message_set(message, ERROR_MEMORY, "confinement: out of memory");
     }
     int error = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = add_rules(filter);
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         error = seccomp_load(filter);
     }
     seccomp_release(filter);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return message_set(message, ERROR_IO,
                            "confinement: refused by the system: %s (\"confine = no\" disables it)",
                            strerror(-error));
     }
-    return 0;
+    return ERROR_OK;
 }
 
 #else

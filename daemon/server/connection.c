@@ -212,11 +212,11 @@ static int parse_line(struct connection *self, const char *line, char *message,
                  FRAMING_DAMAGED ", which \"@framed\" requires (\"@terminal\" ends that)");
         return ERROR_CRC;
     }
-    if (error != 0 || set_options(self, line)) {
+    if (error != ERROR_OK || set_options(self, line)) {
         return error;
     }
     error = dispatch_parse(self->dispatch, job->request.command, job, message, message_bytes);
-    if (error != 0 || job->command == NULL) {
+    if (error != ERROR_OK || job->command == NULL) {
         return error;
     }
     self->greeted = true;
@@ -224,7 +224,7 @@ static int parse_line(struct connection *self, const char *line, char *message,
         snprintf(message, message_bytes, "%s", error_text(ERROR_CANCELLED));
         return ERROR_CANCELLED;
     }
-    return 0;
+    return ERROR_OK;
 }
 
 /// Turns a line into a job and queues it.
@@ -237,7 +237,7 @@ static void begin_line(struct connection *self, const char *line) {
     job->round = false;
     atomic_store(&job->cancelled, false);
     const int error = parse_line(self, line, message, sizeof message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         dispatch_answer(self->dispatch, job, error, message);
     } else if (job->command != NULL) {
         atomic_store(&job->state, JOB_WAITING);
@@ -419,7 +419,7 @@ static void step_watch(struct connection *self, uint64_t now_us) {
         job->round = true;
         const int error =
             dispatch_parse(self->dispatch, job->watch.line, job, message, sizeof message);
-        INVARIANT(error == 0 && job->command != NULL);
+        INVARIANT(error == ERROR_OK && job->command != NULL);
         atomic_store(&job->state, JOB_WAITING);
         dispatch_submit(self->dispatch, job);
     }

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/serial_device.h"
@@ -36,7 +37,7 @@ static int open_serial(struct console *self, struct message *message) {
         return message_set(message, fd, "console = %.900s", inner.text);
     }
     connection_begin(self->client, true, fd, fd);
-    return 0;
+    return ERROR_OK;
 }
 
 int console_open(struct console *self, const struct config *config, struct connection *client,
@@ -44,14 +45,14 @@ int console_open(struct console *self, const struct config *config, struct conne
     INVARIANT(!client->used);
     *self = (struct console){.config = config, .client = client};
     if (config->console[0] == '\0') {
-        return 0;
+        return ERROR_OK;
     }
     if (strcmp(config->console, "stdio") == 0) {
         open_stdio(self);
-        return 0;
+        return ERROR_OK;
     }
     const int error = open_serial(self, message);
-    client->lasting = error == 0;
+    client->lasting = error == ERROR_OK;
     return error;
 }
 

@@ -94,7 +94,7 @@ int listener_unix(const char *path, int *listener, struct message *message) {
         return failed;
     }
     *listener = fd;
-    return 0;
+    return ERROR_OK;
 }
 
 int listener_tcp(uint16_t port, bool network, int *listener, struct message *message) {
@@ -110,7 +110,7 @@ int listener_tcp(uint16_t port, bool network, int *listener, struct message *mes
         return message_set(message, ERROR_IO, "%s", give_up(fd));
     }
     *listener = fd;
-    return 0;
+    return ERROR_OK;
 }
 
 int listener_open(const struct config *config, int fds[LISTENERS], char token[TOKEN_BYTES],
@@ -120,17 +120,18 @@ int listener_open(const struct config *config, int fds[LISTENERS], char token[TO
     int error =
         port == 0 ? 0
                   : listener_tcp(port, config->tcp_network[0] != '\0', &fds[LISTENER_TCP], &inner);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return message_set(message, error, "tcp_port = %u: %.900s", (unsigned)port, inner.text);
     }
     error = port == 0 ? 0 : token_open(config->tcp_token, token, &inner);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return message_set(message, error, "tcp_token = %.900s", inner.text);
     }
     // Last: programs that wait for the daemon wait for this file to appear.
     error =
         config->socket[0] == '\0' ? 0 : listener_unix(config->socket, &fds[LISTENER_UNIX], &inner);
-    return error == 0 ? 0 : message_set(message, error, "socket = %.900s", inner.text);
+    return error == ERROR_OK ? ERROR_OK
+                             : message_set(message, error, "socket = %.900s", inner.text);
 }
 
 int listener_accept(int fd) {

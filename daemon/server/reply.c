@@ -292,12 +292,12 @@ void reply_end(struct reply *self, int error, const char *message) {
     close_groups(self);
     INVARIANT(self->depth == 0 && error <= 0);
     if (self->request.json) {
-        json_bool(&self->json, "ok", error == 0);
+        json_bool(&self->json, "ok", error == ERROR_OK);
         json_text(&self->json, "error", error_name(error));
         json_integer(&self->json, "code", error);
         json_text(&self->json, "message", message);
         frame_line(self);
-    } else if (error == 0) {
+    } else if (error == ERROR_OK) {
         fputs("OK", self->stream);
         frame_text(self);
     } else {

@@ -27,7 +27,7 @@ static int check_crc(const char *line, const char *option, const struct request 
     uint32_t crc = crc_update(0, line, (size_t)(option - line));
     crc = crc_update(crc, request->command, strlen(request->command));
     if (strtoul(option + sizeof crc_option - 1, NULL, 16) == crc) {
-        return 0;
+        return ERROR_OK;
     }
     snprintf(message, message_bytes, FRAMING_DAMAGED ": send it again");
     return ERROR_CRC;
@@ -40,11 +40,11 @@ static int take_option(const char *option, size_t bytes, struct request *request
     memcpy(word, option, bytes < WORD_MAX ? bytes : WORD_MAX - 1);
     if (strcmp(word, "json") == 0 || strcmp(word, "text") == 0) {
         request->json = word[0] == 'j';
-        return 0;
+        return ERROR_OK;
     }
     if (strcmp(word, "progress") == 0) {
         request->progress = true;
-        return 0;
+        return ERROR_OK;
     }
     struct command_text text = command_text_begin(message, message_bytes);
     command_text_add(&text, "invalid option \"");
@@ -70,7 +70,7 @@ int request_parse(const char *line, struct request *request, char *message, size
         end = last - 1;
     }
     int error = 0;
-    for (const char *at = line + 1; error == 0 && at <= end;) {
+    for (const char *at = line + 1; error == ERROR_OK && at <= end;) {
         const size_t bytes = strcspn(at, ", \t");
         error = take_option(at, bytes, request, message, message_bytes);
         at += bytes + 1;

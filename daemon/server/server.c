@@ -80,8 +80,9 @@ int server_open(struct server *self, struct daemon *daemon, struct message *mess
                            (unsigned)config->clients);
     }
     const int error = listener_open(config, self->listeners, self->token, message);
-    return error != 0 ? error
-                      : console_open(&self->console, config, self->clients[CONSOLE], message);
+    return error != ERROR_OK
+               ? error
+               : console_open(&self->console, config, self->clients[CONSOLE], message);
 }
 
 int server_start(struct server *self, struct message *message) {
@@ -92,7 +93,7 @@ int server_start(struct server *self, struct message *message) {
         !worker_start(&daemon->general_worker, daemon, self->wake_fd, queue)) {
         return message_set(message, ERROR_IO, "cannot start a thread: %s", strerror(errno));
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static void take_signals(struct server *self) {
@@ -300,11 +301,11 @@ static void feed(struct server *self) {
         return;
     }
     const int error = self->daemon->watchdog->operations->feed(self->daemon->watchdog->self);
-    if (error != 0 && !self->watchdog_reported) {
+    if (error != ERROR_OK && !self->watchdog_reported) {
         log_ring_print(&self->daemon->log_ring, HAL_LOG_ERROR, "the watchdog cannot be fed: %s",
                        error_text(error));
     }
-    self->watchdog_reported = error != 0;
+    self->watchdog_reported = error != ERROR_OK;
 }
 
 /// Feeds the watchdogs while the instrument's thread makes progress: the service manager's, which

@@ -97,7 +97,7 @@ static bool report_state(struct worker *self, const char *line, int error, const
         return false;
     }
     self->reported_state = self->daemon->rig.state;
-    const bool worked = error == 0;
+    const bool worked = error == ERROR_OK;
     log_ring_print(&self->daemon->log_ring,
                    worked || error == ERROR_CANCELLED ? HAL_LOG_NOTICE : HAL_LOG_ERROR,
                    "the instrument is %s: %.*s%s%s%s%s", states[self->reported_state],
@@ -192,7 +192,7 @@ static void run(struct worker *self, struct job *job) {
     advise(self, error, message, sizeof message);
     report_outcome(self, job->line, error, message);
     // A watch is answered by its last round, or by what ends it.
-    if (error == 0 && job->watch.on && !(job->round && job->watch.rounds_left == 1)) {
+    if (error == ERROR_OK && job->watch.on && !(job->round && job->watch.rounds_left == 1)) {
         if (job->round) {
             job->watch.rounds_left -= job->watch.rounds_left > 0;
             reply_end_round(&self->reply);
@@ -208,7 +208,7 @@ static void look_after_rig(void *cookie) {
     struct worker *self = cookie;
     struct daemon *daemon = self->daemon;
     const int error = self->has_rig ? record_idle(&daemon->record, &daemon->rig) : 0;
-    if (error != 0) {
+    if (error != ERROR_OK) {
         report_outcome(self, "between commands", error, self->daemon->rig.last_error.text);
     }
 }

@@ -3,6 +3,8 @@
 
 #include <stdlib.h>
 
+#include "core/error.h"
+
 const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
     [CAPTURE_NAME] =
         {.name = "NAME",
@@ -71,16 +73,16 @@ int view_take(struct rig *rig, const struct command_value *values,
 int capture_take(struct rig *rig, const struct pair_options *options, struct pair *pair,
                  struct registers_all *registers) {
     int error = pair_capture(rig, options, pair);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     error = registers_read_all(rig, registers);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         pair_release(pair->frame);
         return error;
     }
     for (int side = 0; side < RIG_SIDES; side++) {
         pair_frame_assess(&pair->frame[side]);
     }
-    return 0;
+    return ERROR_OK;
 }

@@ -268,7 +268,7 @@ static int open_log(struct record *self, const struct session_writer *writer,
     self->log = openat(writer->directory, SESSION_CALLS_NAME,
                        O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, SESSION_FILE_MODE);
     if (self->log >= 0 && sync_file(writer->directory)) {
-        return 0;
+        return ERROR_OK;
     }
     const int number = errno;
     if (self->log >= 0) {
@@ -307,7 +307,7 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
                  self->camera_operations[RIG_RIGHT].control != NULL);
     add_text(self, lines, (size_t)length);
     const int error = record_flush(self, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         struct message again;
         remove_log(self, writer);
         record_stop(self, &again);
@@ -322,7 +322,7 @@ void record_command(struct record *self, const char *line) {
 }
 
 void record_command_end(struct record *self, int error) {
-    end_part(self, error == 0);
+    end_part(self, error == ERROR_OK);
     if (record_is_on(self) && self->filled > 0) {
         submit_lines(self, CHECKED_LINES);  // a killed process loses no finished command
     }
@@ -360,13 +360,13 @@ void record_cancel(struct record *self) {
 
 int record_flush(struct record *self, struct message *message) {
     if (self->writer == NULL) {
-        return 0;
+        return ERROR_OK;
     }
     INVARIANT(self->log >= 0);
     submit_lines(self, LINES);
     disk_writer_run(self->disk_writer, write_check_and_wait, self);
     const int error = failed(self);
-    return error != 0 ? message_set(message, error, "%s", self->last_error.text) : 0;
+    return error != ERROR_OK ? message_set(message, error, "%s", self->last_error.text) : ERROR_OK;
 }
 
 bool record_is_under_way(const struct record *self) {

@@ -64,7 +64,7 @@ static int slurp(FILE *stream, const char *path, size_t limit, char **text, size
         free(*text);
         return message_set(message, ERROR_IO, "%s: cannot be read: %s", path, strerror(errno));
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static int load_index(struct session_reader *self, struct message *message) {
@@ -221,7 +221,7 @@ static int open_frame(const struct session_reader *self, const struct raw_image 
     if (fstat(fileno(*stream), &about) == 0 && (uint64_t)about.st_size == bytes &&
         fread(found, 1, head_bytes, *stream) == head_bytes &&
         memcmp(found, head, head_bytes) == 0) {
-        return 0;
+        return ERROR_OK;
     }
     fclose(*stream);
     return damaged(self, name, message);
@@ -235,7 +235,7 @@ static int read_frame(const struct session_reader *self, const struct raw_image 
     uint32_t crc = 0;
     session_frame_name(crc32, name);
     const int error = open_frame(self, image, name, &stream, &crc, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     uint16_t *data = allocate != NULL ? raw_memory_allocate(allocate) : NULL;
@@ -255,7 +255,7 @@ int session_reader_check(const struct session_reader *self, const struct raw_ima
 int session_reader_load(const struct session_reader *self, struct raw_image *image, uint32_t crc32,
                         struct message *message) {
     const int error = read_frame(self, image, crc32, image, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         raw_image_release(image);
     }
     return error;

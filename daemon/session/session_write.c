@@ -92,7 +92,7 @@ bool session_writer_exists(int parent, const char *path) {
 int session_writer_check(int parent, const char *path, struct message *message) {
     struct stat status;
     if (fstatat(parent, path, &status, AT_SYMLINK_NOFOLLOW) != 0) {
-        return 0;  // other errors show when it is created
+        return ERROR_OK;  // other errors show when it is created
     }
     if (!S_ISDIR(status.st_mode)) {
         return message_set(message, ERROR_ARGUMENT,
@@ -135,7 +135,7 @@ static int begin_directory(struct session_writer *self, int parent, struct messa
                    : message_set(message, file_error(reason), "%s: cannot begin a session: %s",
                                  self->path, strerror(reason));
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static void copy_text(char *target, size_t bytes, const char *text) {
@@ -151,7 +151,7 @@ static int set_up(struct session_writer *self, const char *path, struct message 
         return message_set(message, ERROR_ARGUMENT, "%s: name too long", path);
     }
     copy_text(self->path, sizeof self->path, path);
-    return 0;
+    return ERROR_OK;
 }
 
 int session_writer_begin(struct session_writer *self, int parent, const char *path,
@@ -248,7 +248,7 @@ int session_writer_resume(struct session_writer *self, int parent, const char *p
         }
         return failed;
     }
-    return 0;
+    return ERROR_OK;
 }
 
 // ---- files named by their contents
@@ -363,7 +363,7 @@ int session_writer_frame(struct session_writer *self, const struct raw_image *im
         }
     }
     *crc32 = sum;
-    return 0;
+    return ERROR_OK;
 }
 
 static int write_text(struct session_writer *self, enum session_event_kind kind, const char *text,

@@ -12,7 +12,7 @@
 
 static int set_built_in(struct config *config, const char *name) {
     const int error = rig_profile_named(name, &config->profile);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         memcpy(config->like, config->profile.name, sizeof config->like);
         config->profile_file[0] = '\0';
     }
@@ -54,7 +54,7 @@ void config_defaults(struct config *config) {
     take_place(config->store, sizeof config->store, paths.store);
     take_place(config->log_file, sizeof config->log_file, paths.log);
     const int error = set_built_in(config, "rig");
-    INVARIANT(error == 0);
+    INVARIANT(error == ERROR_OK);
 }
 
 static int64_t load(const struct config *config, const struct config_key *key) {
@@ -92,14 +92,14 @@ static int set_number(struct config *config, const struct config_key *key, const
     if (key->none == NULL || strcmp(value, key->none) != 0) {
         const int error =
             quantity_parse(quantity, value, config_key_min(key), key->max, &number, &why);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return message_set(message, error, "%s = %s: %.500s%s%s", called, value, why.text,
                                key->none != NULL ? ", or " : "",
                                key->none != NULL ? key->none : "");
         }
     }
     store(config, key, number);
-    return 0;
+    return ERROR_OK;
 }
 
 static int set_text(struct config *config, const struct config_key *key, const char *value,
@@ -111,7 +111,7 @@ static int set_text(struct config *config, const struct config_key *key, const c
                            key->bytes - 1);
     }
     memcpy((char *)config + key->offset, text, strlen(text) + 1);
-    return 0;
+    return ERROR_OK;
 }
 
 /// unix:PATH or tcp:HOST:PORT.
@@ -145,7 +145,7 @@ static int set_backend(struct config *config, const char *value, struct message 
         }
         config->backend = backends[i].backend;
         strcpy(config->backend_address, place);
-        return 0;
+        return ERROR_OK;
     }
     return message_set(message, ERROR_ARGUMENT,
                        "unknown backend \"%s\" (expected linux, sim unix:PATH, sim tcp:HOST:PORT "
@@ -162,7 +162,7 @@ static int set_choice(struct config *config, const struct config_key *key, const
                            called, value, key->choices);
     }
     store(config, key, place + key->min);
-    return 0;
+    return ERROR_OK;
 }
 
 static int set_name(struct config *config, const struct config_key *key, const char *called,
@@ -178,13 +178,13 @@ static int set_name(struct config *config, const struct config_key *key, const c
                            called, value, key->bytes - 1);
     }
     memcpy((char *)config + key->offset, value, length + 1);
-    return 0;
+    return ERROR_OK;
 }
 
 static int set_lenses(struct config *config, const char *called, const char *value,
                       struct message *message) {
     if (rig_profile_set_lenses(&config->profile, value) == 0) {
-        return 0;
+        return ERROR_OK;
     }
     char names[MESSAGE_BYTES] = RIG_LENSES_FIXED;
     size_t count = 0;
@@ -202,14 +202,15 @@ int config_key_set(struct config *config, const struct config_key *key, const ch
     switch (key->kind) {
         case CONFIG_PROFILE:
             error = set_built_in(config, value);
-            return error == 0 ? 0
-                              : message_set(message, ERROR_ARGUMENT,
-                                            "unknown %s \"%s\" (expected one of: rig two-cameras "
-                                            "two-cameras-lens%s)",
-                                            called, value,
-                                            strcmp(called, key->name) == 0
-                                                ? ", or the path of a .profile file"
-                                                : "");
+            return error == ERROR_OK
+                       ? 0
+                       : message_set(message, ERROR_ARGUMENT,
+                                     "unknown %s \"%s\" (expected one of: rig two-cameras "
+                                     "two-cameras-lens%s)",
+                                     called, value,
+                                     strcmp(called, key->name) == 0
+                                         ? ", or the path of a .profile file"
+                                         : "");
         case CONFIG_NAME:
             return set_name(config, key, called, value, message);
         case CONFIG_BACKEND:

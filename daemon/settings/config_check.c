@@ -94,7 +94,7 @@ static int check_profile(const struct check *self) {
     size_t keys[NAMES_MAX];
     size_t count = 1;
     const int error = rig_profile_check(&self->config->profile, &profile_error);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         return 0;
     }
     keys[0] = key_of_field(profile_error.field);
@@ -118,7 +118,7 @@ static int check_name(const struct check *self) {
     struct rig_profile other;
     if (strcmp(config->profile.name, config->like) == 0 ||
         rig_profile_named(config->profile.name, &other) != 0) {
-        return 0;
+        return ERROR_OK;
     }
     message_set(self->message, ERROR_ARGUMENT,
                 CONFIG_RIG
@@ -161,7 +161,7 @@ static int check_places(const struct check *self, const struct place *places, si
             }
         }
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static int check_devices(const struct check *self) {
@@ -185,10 +185,10 @@ static int check_devices(const struct check *self) {
                                   {power, "lens_power_line", BY_LINE},
                                   {trigger || profile->trigger, "trigger_line", BY_TRIGGER}};
     if (config->backend != CONFIG_BACKEND_LINUX) {
-        return 0;
+        return ERROR_OK;
     }
     const int error = check_places(self, devices, sizeof devices / sizeof devices[0]);
-    return error != 0 ? error : check_places(self, lines, sizeof lines / sizeof lines[0]);
+    return error != ERROR_OK ? error : check_places(self, lines, sizeof lines / sizeof lines[0]);
 }
 
 // ---- the rest
@@ -217,13 +217,13 @@ static int check_faults(const struct check *self) {
     struct fault_plan plan;
     struct message why;
     int error = fault_plan_parse(&plan, config->faults, &why);
-    for (size_t i = 0; i < sizeof parts / sizeof parts[0] && error == 0; i++) {
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0] && error == ERROR_OK; i++) {
         if (!parts[i].there && fault_plan_names(&plan, parts[i].name)) {
             error = message_set(&why, ERROR_MISSING, "no part \"%s\" (%s)", parts[i].name,
                                 parts[i].why);
         }
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         message_set(self->message, error, "faults: %.900s", why.text);
         return at(self, error, "faults", NULL);
     }
@@ -233,7 +233,7 @@ static int check_faults(const struct check *self) {
 static int check_speed(const struct check *self) {
     const uint32_t baud = self->config->console_baud;
     if (serial_device_has_speed(baud)) {
-        return 0;
+        return ERROR_OK;
     }
     message_set(self->message, ERROR_ARGUMENT,
                 "console_baud = %u: not a serial baud rate (expected " SERIAL_DEVICE_SPEEDS ")",
@@ -253,7 +253,7 @@ static int check_ways(const struct check *self) {
         message_set(self->message, ERROR_MISSING, "restore = yes requires \"store\" to be set");
         return at(self, ERROR_MISSING, "restore", "store");
     }
-    return 0;
+    return ERROR_OK;
 }
 
 bool config_parse_network(const char *text, uint32_t *address, uint32_t *mask) {
@@ -276,7 +276,7 @@ static int check_network(const struct check *self) {
     uint32_t address = 0, mask = 0;
     int error = 0;
     if (config->tcp_network[0] == '\0') {
-        return 0;
+        return ERROR_OK;
     }
     if (!config_parse_network(config->tcp_network, &address, &mask)) {
         error = message_set(self->message, ERROR_ARGUMENT,
@@ -288,14 +288,14 @@ static int check_network(const struct check *self) {
             message_set(self->message, ERROR_MISSING,
                         "tcp_network = %s requires \"tcp_port\" to be set", config->tcp_network);
     }
-    return error != 0 ? at(self, error, "tcp_network", NULL) : 0;
+    return error != ERROR_OK ? at(self, error, "tcp_network", NULL) : ERROR_OK;
 }
 
 static int check_slots(const struct check *self) {
     const struct config *config = self->config;
     int error = 0;
     if (config->image_slot_2[0] == '\0') {
-        return 0;
+        return ERROR_OK;
     }
     if (strcmp(config->image_slot, config->image_slot_2) == 0) {
         error = message_set(self->message, ERROR_DUPLICATE,
@@ -306,7 +306,7 @@ static int check_slots(const struct check *self) {
                             "image_slot_2 = %s requires \"image_slot\" to be set",
                             config->image_slot_2);
     }
-    return error != 0 ? at(self, error, "image_slot_2", NULL) : 0;
+    return error != ERROR_OK ? at(self, error, "image_slot_2", NULL) : ERROR_OK;
 }
 
 /// Resolves links and dots of a path. A part that does not exist yet stays unresolved.
@@ -357,7 +357,7 @@ static int check_apart(const struct check *self) {
             return at(self, ERROR_ARGUMENT, pairs[i].key, pairs[i].outer_key);
         }
     }
-    return 0;
+    return ERROR_OK;
 }
 
 int config_check_lines(const struct config *config, const struct config_line *lines,
@@ -368,7 +368,7 @@ int config_check_lines(const struct config *config, const struct config_line *li
     const size_t count = profile_only ? 2 : sizeof checks / sizeof checks[0];
     const struct check self = {config, lines, message};
     int error = 0;
-    for (size_t i = 0; i < count && error == 0; i++) {
+    for (size_t i = 0; i < count && error == ERROR_OK; i++) {
         error = checks[i](&self);
     }
     return error;

@@ -84,7 +84,7 @@ int config_profile_print(FILE *file, const char *name, struct message *message) 
     config_defaults(&config);
     INVARIANT(keys[0].kind == CONFIG_PROFILE);
     const int error = config_key_set(&config, &keys[0], "--help-profile", name, false, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     fputs("# SPDX-License-Identifier: Apache-2.0\n", file);
@@ -103,7 +103,7 @@ int config_profile_print(FILE *file, const char *name, struct message *message) 
             explain(file, &config, &keys[i], true, "");
         }
     }
-    return 0;
+    return ERROR_OK;
 }
 
 void config_lenses_print(FILE *file) {

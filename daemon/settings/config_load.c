@@ -26,7 +26,7 @@ struct loading {
 
 int config_line_error(const struct config_line *line, int error, struct message *message) {
     const struct message inner = *message;
-    INVARIANT(error != 0);
+    INVARIANT(error != ERROR_OK);
     return line->file == NULL
                ? error
                : message_set(message, error, "%s:%d: %.900s", line->file, line->number, inner.text);
@@ -70,7 +70,7 @@ static int take_option(void *cookie, const char *called, const char *value, int 
 static int take_text(struct loading *self, const char *text, size_t length) {
     struct config_line line = {.file = self->file};
     const int error = ini_text_read(text, length, take_option, self, &line.number, self->message);
-    return error != 0 ? config_line_error(&line, error, self->message) : 0;
+    return error != ERROR_OK ? config_line_error(&line, error, self->message) : ERROR_OK;
 }
 
 static int take_file(struct loading *self, FILE *file) {
@@ -167,7 +167,7 @@ static int set_all(const struct loading *self) {
         const int error = file ? load_profile(self, line->file, line->value)
                                : config_key_set(self->config, &keys[i], line->called, line->value,
                                                 line->old, self->message);
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return config_line_error(line, error, self->message);
         }
         if (line->old) {
@@ -189,17 +189,17 @@ static bool begin(struct loading *self) {
 /// Sets and checks what was taken, unless there is an error, and ends the reading.
 static int end(struct loading *self, int error) {
     struct config *config = self->config;
-    if (error == 0 && self->in_profile && self->lines[0].number == 0) {
+    if (error == ERROR_OK && self->in_profile && self->lines[0].number == 0) {
         error = message_set(self->message, ERROR_MISSING,
                             "%s: " CONFIG_LIKE " missing (start with " CONFIG_LIKE
                             " = rig, two-cameras or two-cameras-lens)",
                             self->file);
     }
-    error = error != 0 ? error : set_all(self);
-    if (error == 0) {
+    error = error != ERROR_OK ? error : set_all(self);
+    if (error == ERROR_OK) {
         error = config_check_lines(config, self->lines, self->in_profile, self->message);
     }
-    if (error == 0 && self->in_profile) {
+    if (error == ERROR_OK && self->in_profile) {
         INVARIANT(strlen(self->file) < sizeof config->profile_file);
         strcpy(config->profile_file, self->file);
     }
@@ -267,7 +267,7 @@ int config_load(struct config *config, const char *path, const char *const *word
     } else if (path != NULL) {
         error = take_settings(&self, path);
     }
-    for (int i = 0; i < count && error == 0; i++) {
+    for (int i = 0; i < count && error == ERROR_OK; i++) {
         error = take_word(&self, words[i], i + 1);
     }
     return end(&self, error);

@@ -95,7 +95,7 @@ static int parse_effect(char *text, struct fault_plan_rule *rule, struct message
     }
     text[strcspn(text, "/")] = '\0';
     rule->effect.error = error_named(text);
-    return rule->effect.error != 0
+    return rule->effect.error != ERROR_OK
                ? 0
                : message_set(why, ERROR_SYNTAX,
                              "unknown error \"%s\" (expected a name of core/error.h in lower case, "
@@ -121,7 +121,7 @@ static int parse_turn(const char *text, struct fault_plan_rule *rule, struct mes
         return message_set(why, ERROR_SYNTAX, "%% requires a probability from 0 to 1");
     }
     rule->threshold = (uint32_t)(probability * UINT32_MAX);
-    return 0;
+    return ERROR_OK;
 }
 
 static int parse_rule(char *text, struct fault_plan_rule *rule, struct message *why) {
@@ -140,7 +140,7 @@ static int parse_rule(char *text, struct fault_plan_rule *rule, struct message *
         return reject_names(rule, why);
     }
     const int error = parse_turn(text + names, rule, why);
-    return error != 0 ? error : parse_effect(effect + 1, rule, why);
+    return error != ERROR_OK ? error : parse_effect(effect + 1, rule, why);
 }
 
 static int parse_seed(const char *text, uint64_t *seed, struct message *why) {
@@ -169,7 +169,7 @@ int fault_plan_parse(struct fault_plan *self, const char *script, struct message
                 error = parse_rule(text, &plan.rules[plan.count++], &why);
             }
         }
-        if (error != 0) {
+        if (error != ERROR_OK) {
             return message_set(message, error, "fault \"%.*s\": %.500s", length, at, why.text);
         }
         at += length;

@@ -38,7 +38,7 @@ static size_t content_length(const char *line, size_t length) {
 }
 
 static void fail(struct reading *self, int error) {
-    INVARIANT(error != 0 && self->error == 0);
+    INVARIANT(error != ERROR_OK && self->error == ERROR_OK);
     self->error = error;
     self->error_line = self->line;
 }
@@ -47,7 +47,7 @@ static void fail(struct reading *self, int error) {
 /// would continue the one before.
 static char *next_line(char *to, int bytes, void *stream) {
     struct reading *self = stream;
-    if (self->error != 0 || self->at == self->end) {
+    if (self->error != ERROR_OK || self->at == self->end) {
         return NULL;
     }
     const char *line = self->at;
@@ -87,10 +87,10 @@ static int take_pair(void *user, const char *section, const char *name, const ch
     } else {
         error = self->set(self->cookie, key, value, self->line, self->message);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         fail(self, error);
     }
-    return error == 0;
+    return error == ERROR_OK;
 }
 
 int ini_text_read(const char *text, size_t length, ini_text_set *set, void *cookie, int *line,
@@ -99,7 +99,7 @@ int ini_text_read(const char *text, size_t length, ini_text_set *set, void *cook
         .at = text, .end = text + length, .set = set, .cookie = cookie, .message = message};
     const int wrong = ini_parse_stream(next_line, &self, take_pair, &self);
     // libinih reads on after a line that is not a pair, and returns the first.
-    if (wrong > 0 && (self.error == 0 || wrong < self.error_line)) {
+    if (wrong > 0 && (self.error == ERROR_OK || wrong < self.error_line)) {
         self.error_line = wrong;
         self.error = message_set(message, ERROR_SYNTAX, "invalid line (expected key = value)");
     }

@@ -70,7 +70,7 @@ static int read_steps(enum quantity quantity, const char *text, const char *rang
                            number.stated ? "unknown unit" : "unit missing", unit);
     }
     *steps = number.value * quantities[quantity].steps;
-    return 0;
+    return ERROR_OK;
 }
 
 int quantity_parse(enum quantity quantity, const char *text, int64_t min, int64_t max,
@@ -80,7 +80,7 @@ int quantity_parse(enum quantity quantity, const char *text, int64_t min, int64_
     INVARIANT(min <= max && (unsigned)quantity < QUANTITIES);
     quantity_print_range(quantity, min, max, range);
     const int error = read_steps(quantity, text, range, &steps, why);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     if (round(steps) < (double)min || round(steps) > (double)max) {
@@ -91,7 +91,7 @@ int quantity_parse(enum quantity quantity, const char *text, int64_t min, int64_
         return message_set(why, ERROR_RANGE, "not a multiple of %s", step);
     }
     *value = llround(steps);
-    return 0;
+    return ERROR_OK;
 }
 
 /// Without the unit.

@@ -82,7 +82,7 @@ static void take_window(const struct rig *rig, struct saved_settings *saved) {
     struct mt9t001_window centred;
     const int error =
         mt9t001_centred_window(window->width_px, window->height_px, window->skip, 1, &centred);
-    INVARIANT(error == 0);
+    INVARIANT(error == ERROR_OK);
     saved->width_px = window->width_px;
     saved->height_px = window->height_px;
     saved->skip = window->skip;
@@ -216,7 +216,7 @@ static int read_version(struct reading *self, const char *text, int min, int max
                            text, VERSION_BARE, VERSION);
     }
     self->version = (int)version;
-    return 0;
+    return ERROR_OK;
 }
 
 static int read_line(void *cookie, const char *key, const char *value, int line,
@@ -248,7 +248,7 @@ static int convert_old(char *text, size_t *length, struct reading *self, struct 
     const size_t bytes = strlen(OLD_FIRST_LINE);
     char *feed = strchr(text, '\n');
     if (feed == NULL || strncmp(text, OLD_FIRST_LINE, bytes) != 0) {
-        return 0;
+        return ERROR_OK;
     }
     *feed = '\0';
     const int error = read_version(self, text + bytes, VERSION_BARE, VERSION_BLANKS, message);
@@ -279,8 +279,9 @@ int saved_settings_parse(const char *text, size_t length, struct saved_settings 
     memcpy(copy, text, length);
     copy[length] = '\0';
     int error = convert_old(copy, &length, &self, message);
-    error = error != 0 ? error : ini_text_read(copy, length, read_line, &self, &line, message);
-    return error == 0 && saved->profile[0] == '\0'
+    error =
+        error != ERROR_OK ? error : ini_text_read(copy, length, read_line, &self, &line, message);
+    return error == ERROR_OK && saved->profile[0] == '\0'
                ? message_set(message, ERROR_SYNTAX, "profile missing")
                : error;
 }
@@ -330,7 +331,7 @@ static int check_side(const struct saved_settings *saved, struct rig *rig, unsig
                                values[i].name, text, range);
         }
     }
-    return 0;
+    return ERROR_OK;
 }
 
 static bool fits_sensors(const struct saved_settings *saved) {
@@ -358,7 +359,7 @@ static int check_all(const struct saved_settings *saved, struct rig *rig, struct
                            (unsigned)saved->skip);
     }
     const int error = check_side(saved, rig, RIG_LEFT, why);
-    return error != 0 ? error : check_side(saved, rig, RIG_RIGHT, why);
+    return error != ERROR_OK ? error : check_side(saved, rig, RIG_RIGHT, why);
 }
 
 int saved_settings_check(const struct saved_settings *saved, struct rig *rig,
@@ -366,11 +367,12 @@ int saved_settings_check(const struct saved_settings *saved, struct rig *rig,
     struct message why;
     INVARIANT(rig->state == RIG_READY);
     const int error = check_all(saved, rig, &why);
-    return error == 0 ? 0
-                      : message_set(message, error,
-                                    "saved settings do not fit this instrument: %.800s (set it up, "
-                                    "then use \"settings save\")",
-                                    why.text);
+    return error == ERROR_OK
+               ? 0
+               : message_set(message, error,
+                             "saved settings do not fit this instrument: %.800s (set it up, "
+                             "then use \"settings save\")",
+                             why.text);
 }
 
 // ---- commands

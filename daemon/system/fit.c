@@ -130,7 +130,7 @@ static int end_part(struct reader *self) {
                            self->part);
     }
     self->fit->parts++;
-    return 0;
+    return ERROR_OK;
 }
 
 static int end_node(struct reader *self) {
@@ -203,7 +203,7 @@ static int take_property(struct reader *self) {
 static int read_tree(struct reader *self) {
     uint32_t token = 0;
     int error = 0;
-    while (error == 0) {
+    while (error == ERROR_OK) {
         if (!take_word(self, &token)) {
             return damaged(self);
         }
@@ -272,7 +272,7 @@ int fit_check(const uint8_t *data, size_t capacity, struct fit *fit, struct mess
     }
     const int error = read_tree(&self);
     fit->bytes = total;
-    return error != 0 ? error : check_parts(&self);
+    return error != ERROR_OK ? error : check_parts(&self);
 }
 
 void fit_time_text(uint32_t timestamp, char text[FIT_TIME_BYTES]) {

@@ -77,7 +77,7 @@ static int inspect(struct flash *self, struct message *message) {
     }
     self->bytes = about.size;
     self->block_bytes = about.erasesize;
-    return 0;
+    return ERROR_OK;
 }
 
 int flash_open(struct flash *self, const char *name, struct message *message) {
@@ -95,7 +95,7 @@ int flash_open(struct flash *self, const char *name, struct message *message) {
         return message_set(message, error, "%s (%s): %s", name, self->device, strerror(errno));
     }
     const int error = inspect(self, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         flash_close(self);
     }
     return error;
@@ -130,7 +130,7 @@ int flash_read(const struct flash *self, size_t offset, void *data, size_t bytes
         }
         done += (size_t)count;
     }
-    return 0;
+    return ERROR_OK;
 }
 
 int flash_erase(const struct flash *self, size_t offset, size_t bytes, struct message *message) {
@@ -154,5 +154,5 @@ int flash_write(const struct flash *self, size_t offset, const void *data, size_
         }
         done += (size_t)count;
     }
-    return 0;
+    return ERROR_OK;
 }

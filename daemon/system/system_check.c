@@ -17,6 +17,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "core/error.h"
 #include "daemon/base/json.h"
 #include "daemon/base/message.h"
 #include "daemon/system/flash.h"
@@ -308,13 +309,14 @@ static void check_variables(struct table *table, bool board) {
                           "name U-Boot's partition for saveenv \"environment\" or "
                           "\"u-boot-env\", of the size CONFIG_ENV_SIZE, and saveenv",
                       .needed = board,
-                      .there = error == 0};
+                      .there = error == ERROR_OK};
     snprintf(row.name, sizeof row.name, "environment");
-    snprintf(row.found, sizeof row.found, "%s", error == 0 ? environment.device : message.text);
+    snprintf(row.found, sizeof row.found, "%s",
+             error == ERROR_OK ? environment.device : message.text);
     add(table, &row);
     for (size_t i = 0; i < sizeof variables / sizeof variables[0]; i++) {
         const char *value =
-            error == 0 ? uboot_variables_find(&environment, variables[i].name) : NULL;
+            error == ERROR_OK ? uboot_variables_find(&environment, variables[i].name) : NULL;
         row = (struct row){.kind = "variable",
                            .purpose = variables[i].purpose,
                            .advice = variables[i].advice,
@@ -324,7 +326,7 @@ static void check_variables(struct table *table, bool board) {
         printable_copy(value != NULL ? value : "", row.found, sizeof row.found);
         add(table, &row);
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         uboot_variables_free(&environment);
     }
 }

@@ -72,7 +72,7 @@ int tftp_parse(const char *text, struct tftp_address *address, struct message *m
         *address = (struct tftp_address){.host = parsed.s_addr, .port = htons((uint16_t)port)};
         strcpy(address->name, text + used + (text[used] == '/' ? 1 : 0));
         strcpy(address->text, text);
-        return 0;
+        return ERROR_OK;
     }
     return message_set(message, ERROR_ARGUMENT,
                        "invalid address \"%s\" (expected tftp:HOST/NAME, where HOST is an IPv4 "
@@ -199,7 +199,7 @@ static int exchange(struct transfer *self, enum verdict (*judge)(struct transfer
             }
             verdict = judge(self);
             if (verdict == EXPECTED) {
-                return 0;
+                return ERROR_OK;
             }
         }
     }
@@ -291,19 +291,19 @@ static int make_block(struct transfer *self, int fd, size_t *bytes) {
         *bytes += (size_t)read_bytes;
     }
     self->out_bytes += *bytes;
-    return 0;
+    return ERROR_OK;
 }
 
 static int send_all(struct transfer *self, int fd) {
     make_request(self, WRITE);
     int error = exchange(self, judge_put);
-    if (error == 0 && read_word(self->in) == OPTIONS && !take_options(self, false)) {
+    if (error == ERROR_OK && read_word(self->in) == OPTIONS && !take_options(self, false)) {
         error = refuse_options(self);
     }
     size_t bytes = self->block_bytes;
-    while (error == 0 && bytes == self->block_bytes) {  // a shorter block is the last one
+    while (error == ERROR_OK && bytes == self->block_bytes) {  // a shorter block is the last one
         error = make_block(self, fd, &bytes);
-        error = error != 0 ? error : exchange(self, judge_put);
+        error = error != ERROR_OK ? error : exchange(self, judge_put);
         self->done += bytes;
         report(self);
     }
@@ -315,7 +315,7 @@ int tftp_put(const struct tftp_address *address, int fd, uint64_t bytes,
     struct transfer self = {
         .address = address, .observer = observer, .message = message, .total = bytes};
     int error = open_transfer(&self);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     error = send_all(&self, fd);
@@ -365,7 +365,7 @@ static int receive_all(struct transfer *self, uint8_t *data, size_t capacity) {
     bool last = false;
     make_request(self, READ);
     int error = exchange(self, judge_get);
-    if (error == 0 && read_word(self->in) == OPTIONS) {
+    if (error == ERROR_OK && read_word(self->in) == OPTIONS) {
         if (!take_options(self, true)) {
             return refuse_options(self);
         }
@@ -375,14 +375,14 @@ static int receive_all(struct transfer *self, uint8_t *data, size_t capacity) {
         begin_packet(self, ACKNOWLEDGE, 0);
         error = exchange(self, judge_get);
     }
-    while (error == 0 && !last) {
+    while (error == ERROR_OK && !last) {
         error = take_data(self, data, capacity, &last);
-        if (error == 0) {
+        if (error == ERROR_OK) {
             begin_packet(self, ACKNOWLEDGE, self->block);
             error = last ? 0 : exchange(self, judge_get);
         }
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         send_packet(self, self->out, self->out_bytes, &self->peer);
     }
     return error;
@@ -392,7 +392,7 @@ int tftp_get(const struct tftp_address *address, uint8_t *data, size_t capacity,
              const struct tftp_observer *observer, struct message *message) {
     struct transfer self = {.address = address, .observer = observer, .message = message};
     int error = open_transfer(&self);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     error = receive_all(&self, data, capacity);

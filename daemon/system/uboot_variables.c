@@ -40,7 +40,7 @@ int uboot_variables_read(struct uboot_variables *self, struct message *message) 
     struct flash flash;
     *self = (struct uboot_variables){.data = NULL};
     int error = open_partition(&flash, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     memcpy(self->device, flash.device, sizeof self->device);
@@ -49,14 +49,14 @@ int uboot_variables_read(struct uboot_variables *self, struct message *message) 
     error = self->data == NULL ? message_set(message, ERROR_MEMORY, "out of memory")
                                : flash_read(&flash, 0, self->data, bytes, message);
     flash_close(&flash);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         self->first = find_texts(self->data, bytes);
         error = self->first != NULL
                     ? 0
                     : message_set(message, ERROR_CRC,
                                   "%s: not an environment of the partition's size", self->device);
     }
-    if (error != 0) {
+    if (error != ERROR_OK) {
         uboot_variables_free(self);
     }
     return error;

@@ -11,7 +11,7 @@ static struct fault_plan_effect next_effect(const struct fault_common *common,
 
 /// Whether the call fails without being made.
 static bool fails_before(const struct fault_plan_effect *effect) {
-    return effect->error != 0 && !effect->after;
+    return effect->error != ERROR_OK && !effect->after;
 }
 
 /// Injects the error of a call with a deadline.
@@ -97,7 +97,7 @@ static int camera_take(void *opaque, uint64_t not_before_us, uint64_t deadline_u
     struct hal_camera_frame got;
     const int error =
         self->real->operations->take(self->real->self, not_before_us, deadline_us, &got);
-    if (error == ERROR_OK && effect.error != 0) {
+    if (error == ERROR_OK && effect.error != ERROR_OK) {
         // The caller never gets the frame.
         raw_image_release(&got.image);
         return effect.error;
@@ -153,7 +153,7 @@ static int gpio_get(void *opaque, enum hal_gpio_line line, bool *active) {
     }
     bool level = false;
     const int error = self->real->operations->get(self->real->self, line, &level);
-    if (error == ERROR_OK && effect.error == 0) {
+    if (error == ERROR_OK && effect.error == ERROR_OK) {
         *active = level != effect.corrupt;
     }
     return result_of(&effect, error);
@@ -188,7 +188,7 @@ static int uart_read(void *opaque, void *data, size_t capacity, uint64_t deadlin
     if (error == ERROR_OK && effect.corrupt) {
         garble(data, got);
     }
-    if (error == ERROR_OK && effect.error == 0) {
+    if (error == ERROR_OK && effect.error == ERROR_OK) {
         *bytes = got;
     }
     return result_of(&effect, error);
@@ -217,7 +217,7 @@ static int store_load(void *opaque, const char *name, void *data, size_t capacit
     }
     size_t got = 0;
     const int error = self->real->operations->load(self->real->self, name, data, capacity, &got);
-    if (error == ERROR_OK && effect.error == 0) {
+    if (error == ERROR_OK && effect.error == ERROR_OK) {
         *bytes = got;
     }
     return result_of(&effect, error);

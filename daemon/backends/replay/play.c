@@ -118,7 +118,7 @@ static int run_capture(const struct command_call *call) {
     // Their values are part of the recorded calls, which must match.
     struct registers_all registers;
     const int error = capture_take(call->rig, &options, &again->pair, &registers);
-    self->taken = error == 0;
+    self->taken = error == ERROR_OK;
     for (int side = 0; self->taken && side < RIG_SIDES; side++) {
         again->frame_crc[side] = session_writer_frame_crc(&again->pair.frame[side].image);
         raw_image_release(&again->pair.frame[side].image);
@@ -130,7 +130,7 @@ static int run_capture(const struct command_call *call) {
 static int run_view(const struct command_call *call) {
     struct pair_look_frame looks[RIG_SIDES];
     const int error = view_take(call->rig, call->values, looks);
-    if (error == 0) {
+    if (error == ERROR_OK) {
         pair_look_release(looks);
     }
     return error;
@@ -175,7 +175,7 @@ static void run_command(struct play *self) {
     self->command_cancelled = false;
     const int error = command_parse(self->replay.event.text, self->table, self->table_count,
                                     storage, values, &command, why, COMMAND_MESSAGE_BYTES);
-    if (error != 0 || command == NULL) {
+    if (error != ERROR_OK || command == NULL) {
         diverge(self, "%s: cannot replay the command \"%.200s\": %s", self->replay.session.path,
                 self->replay.event.text, why);
         return;
@@ -224,7 +224,7 @@ static int open_all(struct play *self, int parent, const char *path, struct mess
     const struct rig_observer observer = {rig_should_stop, show_progress, self};
     config_defaults(&self->config);
     const int error = replay_open(replay, parent, path, &self->config, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     memcpy(outcome->build, replay->build, sizeof outcome->build);
@@ -244,7 +244,7 @@ static int open_all(struct play *self, int parent, const char *path, struct mess
     replay->cancel = cancel_command;
     replay->self = self;
     rig_init(&self->rig, &self->config.profile, &replay->ports, &observer);
-    return 0;
+    return ERROR_OK;
 }
 
 /// Replays event by event, up to the end, the first difference or the end of a cut recording.
@@ -264,7 +264,7 @@ static int play_events(struct play *self, struct message *message) {
 
 static int play_all(struct play *self, struct message *message) {
     const int error = play_events(self, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     struct play_outcome *outcome = self->outcome;
@@ -283,7 +283,7 @@ static int play_all(struct play *self, struct message *message) {
                            "%s: cut off before its first command was complete: nothing to compare",
                            self->replay.session.path);
     }
-    return 0;
+    return ERROR_OK;
 }
 
 int play_session(int parent, const char *path, const struct play_observer *observer,
@@ -298,7 +298,7 @@ int play_session(int parent, const char *path, const struct play_observer *obser
     self->replay.session.directory = -1;
     make_table(self);
     int error = open_all(self, parent, path, message);
-    error = error != 0 ? error : play_all(self, message);
+    error = error != ERROR_OK ? error : play_all(self, message);
     replay_close(&self->replay);
     free(self);
     return error;

@@ -44,18 +44,20 @@ static int take_settings(const struct replay *self, struct settings *settings,
         return message_set(message, ERROR_MEMORY, "%s: out of memory", self->session.path);
     }
     int error = config_parse(taken, "settings", settings->text, settings->length, &why);
-    if (error == 0 && strcmp(self->profile, taken->profile.name) != 0) {
+    if (error == ERROR_OK && strcmp(self->profile, taken->profile.name) != 0) {
         error =
             message_set(&why, ERROR_MISSING,
                         "recorded with the profile %s, which it does not define", self->profile);
     }
-    if (error == 0) {
+    if (error == ERROR_OK) {
         config->profile = taken->profile;
         memcpy(config->like, taken->like, sizeof config->like);
         config->profile_file[0] = '\0';
     }
     free(taken);
-    return error == 0 ? 0 : message_set(message, error, "%s: %.900s", self->session.path, why.text);
+    return error == ERROR_OK
+               ? 0
+               : message_set(message, error, "%s: %.900s", self->session.path, why.text);
 }
 
 /// Reads the whole index before anything is replayed.
@@ -69,7 +71,7 @@ static int read_index(struct replay *self, struct settings *settings, struct mes
                                self->session.path, event->text);
         } else if (event->kind == SESSION_PAIR && !self->has_calls) {
             const int error = replay_add_pair(self, message);
-            code = error != 0 ? error : 1;
+            code = error != ERROR_OK ? error : 1;
         }
         self->commands += event->kind == SESSION_COMMAND;
     }
@@ -84,7 +86,7 @@ static int open_all(struct replay *self, int parent, const char *path, struct co
     struct settings settings = {.text = NULL};
     struct stat status;
     int error = session_reader_open(&self->session, parent, path, event, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     memcpy(self->build, event->build, sizeof self->build);
@@ -97,11 +99,11 @@ static int open_all(struct replay *self, int parent, const char *path, struct co
                            path, event->version, SESSION_VERSION, self->build);
     }
     error = read_index(self, &settings, message);
-    if (error == 0 && self->has_calls && config != NULL) {
+    if (error == ERROR_OK && self->has_calls && config != NULL) {
         error = take_settings(self, &settings, config, message);
     }
     free(settings.text);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         return error;
     }
     return self->has_calls ? replay_calls_open(self, message) : replay_pairs_open(self, message);
@@ -117,7 +119,7 @@ int replay_open(struct replay *self, int parent, const char *path, struct config
         self->camera[i].operations = &self->camera_operations[i];
     }
     const int error = open_all(self, parent, path, config, message);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         replay_close(self);
     }
     return error;

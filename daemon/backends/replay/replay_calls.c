@@ -56,7 +56,7 @@ static int count_lines(struct replay *self, struct message *message) {
                            self->session.path, SESSION_CALLS_NAME);
     }
     rewind(self->log);
-    return 0;
+    return ERROR_OK;
 }
 
 static void stop_playing(struct replay *self, uint32_t line, const char *format, ...)
@@ -425,7 +425,7 @@ static int set_ports(struct replay *self, struct message *message) {
         set_camera(self, RIG_RIGHT, controls[RIG_RIGHT] != 0);
     }
     read_ahead(self);
-    return 0;
+    return ERROR_OK;
 }
 
 int replay_calls_open(struct replay *self, struct message *message) {

@@ -115,7 +115,7 @@ int replay_command_run(int argc, char **argv) {
     const struct play_observer observer = {should_stop, show_progress, &progress};
     const int error = play_session(AT_FDCWD, path, &observer, &outcome, &message);
     progress_end(&progress);
-    if (error != 0) {
+    if (error != ERROR_OK) {
         fprintf(stderr, "vergence replay: %s\n", message.text);
         return error == ERROR_CANCELLED ? interrupt_exit_code()
                : error == ERROR_MEMORY  ? CLIENT_FAILED

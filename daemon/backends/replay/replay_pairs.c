@@ -111,7 +111,7 @@ static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
     self->now_us = later(self->now_us, end_us);
     camera->of_pair = self->next_pair + 1;
     camera->counts.frames++;
-    return 0;
+    return ERROR_OK;
 }
 
 /// Frames have the recorded settings, whatever is requested; nothing is automatic, and there is no
@@ -151,7 +151,7 @@ int replay_add_pair(struct replay *self, struct message *message) {
     }
     self->pairs = more;
     self->pairs[self->pair_count++] = *event;
-    return 0;
+    return ERROR_OK;
 }
 
 int replay_pairs_open(struct replay *self, struct message *message) {
@@ -167,5 +167,5 @@ int replay_pairs_open(struct replay *self, struct message *message) {
         self->camera_operations[side] = camera_operations;
         self->ports.camera[side] = &self->camera[side];
     }
-    return 0;
+    return ERROR_OK;
 }
