@@ -62,8 +62,8 @@ int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad);
 /// Moves an axis of a lens (of both lenses at once if `sides` is 3; bits RIG_LEFT, RIG_RIGHT) to a
 /// position, from the profile's side because of backlash, and waits until it has arrived.
 /// ERROR_JAMMED: no movement; ERROR_TIMEOUT: it does not arrive, or its controller does not answer;
-/// for details and times see rig/lens_move.h. On any error all motors are at rest, but for those of a
-/// controller that does not answer: they end where they were sent, within their range.
+/// for details and times see rig/lens_move.h. On any error all motors are at rest, but for those of
+/// a controller that does not answer: they end where they were sent, within their range.
 int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position);
 /// Reads the positions of a lens at rest `readings` times (1 .. 32; each takes about 60 ms), for
 /// their means without outliers, and stores these in `measured`.
