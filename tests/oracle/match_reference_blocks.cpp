@@ -158,9 +158,9 @@ Slopes slopes_of(const View &left, const Answer &answer) {
 }
 
 // What the slopes of three blocks in a row show: whether there is texture, and whether slopes along
-// the row are strong.
+// the row are above noise, and strong.
 struct Texture {
-    Grid<int> textured, strong;
+    Grid<int> textured, sloped, strong;
 };
 
 void classify_texture(const Slopes &slopes, double noise_q8, int column, int row,
@@ -175,7 +175,9 @@ void classify_texture(const Slopes &slopes, double noise_q8, int column, int row
     // Slopes have 72 times the variance of a pixel.
     const double noise = std::floor(noise_q8 * count * 72 / 256);
     const double structure = std::floor(std::max(upright - noise, 0.0) / int{TUNE_UPRIGHT});
-    texture->textured.at(column, row) = count > 0 && along >= (TUNE_SIGNAL + 1) * noise + structure;
+    const double signal_min = (TUNE_SIGNAL + 1) * noise;
+    texture->textured.at(column, row) = count > 0 && along >= signal_min + structure;
+    texture->sloped.at(column, row) = count > 0 && along >= signal_min;
     texture->strong.at(column, row) = count > 0 && along >= int{TUNE_STRONG_SIGNAL} * noise;
 }
 
@@ -199,8 +201,8 @@ Pixels pixels_of(const Answer &answer) {
 }
 
 // Calls a function with the position of each block that is at most `reach` away.
-template <class Function>
-void around(const Grid<int> &blocks, int column, int row, int reach, Function function) {
+template <class Cell, class Function>
+void around(const Grid<Cell> &blocks, int column, int row, int reach, Function function) {
     for (int r = std::max(row - reach, 0); r <= std::min(row + reach, blocks.height - 1); r++) {
         for (int c = std::max(column - reach, 0); c <= std::min(column + reach, blocks.width - 1);
              c++) {
@@ -209,16 +211,13 @@ void around(const Grid<int> &blocks, int column, int row, int reach, Function fu
     }
 }
 
-// Accepted pixels of the 25 blocks around, in 1/255 of those that both cameras may see.
-int share_around(const Pixels &pixels, int column, int row) {
+// Accepted pixels of the blocks at most `reach` away, in 1/255 of those that both cameras may see.
+int share_around(const Pixels &pixels, int column, int row, int reach) {
     double seen = 0, accepted = 0;
-    for (int r = std::max(row - 2, 0); r <= std::min(row + 2, pixels.seen.height - 1); r++) {
-        for (int c = std::max(column - 2, 0); c <= std::min(column + 2, pixels.seen.width - 1);
-             c++) {
-            seen += pixels.seen.at(c, r);
-            accepted += pixels.accepted.at(c, r);
-        }
-    }
+    around(pixels.seen, column, row, reach, [&](int c, int r) {
+        seen += pixels.seen.at(c, r);
+        accepted += pixels.accepted.at(c, r);
+    });
     return seen > 0 ? static_cast<int>(255 * accepted / seen) : 0;
 }
 
@@ -235,7 +234,7 @@ void accept_costly(const Search &search, Answer *answer) {
             int &reason = answer->reason.at(x, y);
             if (reason == match_rules[MATCH_COST].reason && lane >= first && lane <= last &&
                 match_accepts(MATCH_MARGIN, answer->confidence.at(x, y)) &&
-                share_around(pixels, x / kBlock, y / kBlock) >= TUNE_SHARE_ANY_COST) {
+                share_around(pixels, x / kBlock, y / kBlock, 2) >= TUNE_SHARE_ANY_COST) {
                 reason = REASON_VALID;
             }
         }
@@ -251,10 +250,14 @@ int reason_of(const Texture &texture, const Pixels &pixels, bool coarse, int col
            [&](int c, int r) { far += texture.textured.at(c, r); });
     around(texture.strong, column, row, 2,
            [&](int c, int r) { strong += texture.strong.at(c, r); });
-    const int share = share_around(pixels, column, row);
-    const int values[] = {far, near >= TUNE_TEXTURED_NEAR ? 255 : share,
+    const int share = share_around(pixels, column, row, 2);
+    const int own = share_around(pixels, column, row, 0);
+    const bool near_texture = near >= TUNE_TEXTURED_NEAR;
+    const bool sloped = texture.sloped.at(column, row) != 0;
+    const int values[] = {far, near_texture || sloped ? 255 : share,
+                          near_texture || !sloped ? 255 : std::max(own, share),
                           coarse && strong < TUNE_STRONG_COARSE ? share : 255};
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 4; i++) {
         const auto measured = static_cast<match_measure>(MATCH_TEXTURE + i);
         if (!match_accepts(measured, values[i])) {
             return match_rules[measured].reason;
@@ -267,7 +270,7 @@ void reject_blocks(const View &left, double noise_q8, bool coarse, Answer *answe
     const Slopes slopes = slopes_of(left, *answer);
     const Pixels pixels = pixels_of(*answer);
     const Grid<int> blocks = {slopes.along.width, slopes.along.height};
-    Texture texture = {blocks, blocks};
+    Texture texture = {blocks, blocks, blocks};
     for (int row = 0; row < blocks.height; row++) {
         for (int column = 0; column < blocks.width; column++) {
             classify_texture(slopes, noise_q8, column, row, &texture);

@@ -65,7 +65,8 @@ enum {
     TUNE_MARGIN_MIN = 23,           // cost: lead over the best rival, where contrast is faint
     TUNE_TEXTURE_MIN = 8,           // of 49 blocks: with texture | -0.00 +0.10 +0.18, +0.00 -0.08 -0.25
     TUNE_SHARE_MIN = 217,           // 1/255: accepted pixels around a block, without texture next to it | -0.00 +0.98 +0.51, +0.34 -0.39 -3.67
-    TUNE_SHARE_COARSE = 204,        // 1/255: the same where the texture of the pair is coarse | +0.00 +0.24 +0.10, +0.00 -0.07 -1.40
+    TUNE_SHARE_EDGE = 204,          // 1/255: accepted pixels of a block with slopes along the row, or around it, the same
+    TUNE_SHARE_COARSE = 204,        // 1/255: accepted pixels around a block where the texture of the pair is coarse | +0.00 +0.24 +0.10, +0.00 -0.07 -1.40
     TUNE_PLAIN_MAX_PX = 0,          // px: from an occluded one towards an outline, without texture in between
     TUNE_ISLAND_PX = 60,            // pixels: of one surface (default of match_options) | -0.03 +0.02 +0.00, -0.00 -0.02 +0.00
     // What is measured: cost and margin (validation.h).
@@ -126,7 +127,8 @@ enum match_measure {
     MATCH_CONTRAST,  // only if the cost or the margin fails: for the reason
     MATCH_MARGIN,
     MATCH_TEXTURE,
-    MATCH_SHARE,         // where there is texture next to the block, it counts as the highest
+    MATCH_SHARE,         // with texture next to the block, or slopes along the row, the highest
+    MATCH_SHARE_EDGE,    // of the block itself or around; without such slopes, the highest
     MATCH_SHARE_COARSE,  // where the pair's texture is fine or slopes are strong, the same
     MATCH_PLAIN,
     MATCH_ISLAND,
@@ -150,6 +152,7 @@ static const struct match_rule match_rules[MATCH_RULES] = {
     {"margin", MATCH_MARGIN, false, TUNE_MARGIN_MIN, REASON_AMBIGUOUS},
     {"texture", MATCH_TEXTURE, false, TUNE_TEXTURE_MIN, REASON_NO_TEXTURE},
     {"share", MATCH_SHARE, false, TUNE_SHARE_MIN, REASON_NO_TEXTURE},
+    {"share of edges along the rows", MATCH_SHARE_EDGE, false, TUNE_SHARE_EDGE, REASON_NO_TEXTURE},
     {"share of coarse texture", MATCH_SHARE_COARSE, false, TUNE_SHARE_COARSE, REASON_AMBIGUOUS},
     {"hidden", MATCH_PLAIN, true, TUNE_PLAIN_MAX_PX, REASON_OCCLUDED},
     {"island", MATCH_ISLAND, false, TUNE_ISLAND_PX, REASON_SPECKLE},

@@ -36,7 +36,8 @@ struct part {
 
 struct block {
     uint8_t textured;  // whether there is texture along the row
-    uint8_t strong;    // whether slopes along the row are far above noise
+    uint8_t sloped;    // whether slopes along the row are above noise
+    uint8_t strong;    // whether they are far above noise
     uint8_t seen;      // pixels that both cameras may see
     uint8_t accepted;  // of these, by the checks of single pixels
 };
@@ -152,8 +153,10 @@ static void classify_texture(const struct block_check *check, const struct part 
         slopes += part->slopes[clamped(b + i, check->blocks)];
     }
     const uint64_t noise = slopes * NOISE_OF_SLOPE * check->noise_q8 / 256;
+    const uint64_t signal_min = (TUNE_SIGNAL + 1) * noise;
     const uint64_t structure = upright > noise ? upright - noise : 0;
-    block->textured = slopes > 0 && along >= (TUNE_SIGNAL + 1) * noise + structure / TUNE_UPRIGHT;
+    block->sloped = slopes > 0 && along >= signal_min;
+    block->textured = slopes > 0 && along >= signal_min + structure / TUNE_UPRIGHT;
     block->strong = slopes > 0 && along >= TUNE_STRONG_SIGNAL * noise;
 }
 
@@ -270,10 +273,16 @@ static enum match_measure failed_rule(const struct block_check *check, int block
     const int share = share_of(&around);
     const bool near_texture =
         sums_around(check, block_row, b, NEAR_BLOCKS).textured >= TUNE_TEXTURED_NEAR;
+    const bool sloped = block_row_of(check, block_row)[b].sloped != 0;
+    const struct sums itself = sums_around(check, block_row, b, 0);
+    const int own = share_of(&itself);
     const bool coarse = check->coarse && around.strong < TUNE_STRONG_COARSE;
     const int values[MATCH_RULES] = {
         [MATCH_TEXTURE] = sums_around(check, block_row, b, FAR_BLOCKS).textured,
-        [MATCH_SHARE] = near_texture ? UINT8_MAX : share,
+        [MATCH_SHARE] = near_texture || sloped ? UINT8_MAX : share,
+        [MATCH_SHARE_EDGE] = near_texture || !sloped ? UINT8_MAX
+                             : own > share           ? own
+                                                     : share,
         [MATCH_SHARE_COARSE] = coarse ? share : UINT8_MAX,
     };
     for (int i = MATCH_TEXTURE; i <= MATCH_SHARE_COARSE; i++) {
