@@ -59,6 +59,11 @@ static int clamped(int value, int end) {
     return value < 0 ? 0 : (value < end ? value : end - 1);
 }
 
+// Where the pixels of a block end in an image that is `size` pixels wide or high.
+static int block_end(int block, int size) {
+    return (block + 1) * BLOCK < size ? (block + 1) * BLOCK : size;
+}
+
 // Sixteen times row y of the left image, smoothed; beyond its valid pixels the ends are repeated.
 static void smooth_row(const struct match_input *input, int y, uint16_t *smooth) {
     const int width = input->left.width;
@@ -123,7 +128,7 @@ static void add_slopes(const struct block_check *check, const struct part *part)
     const uint16_t *restrict below = part->smooth[2] + PAD;
     const int width = check->output->reason.width;
     for (int b = 0; b < check->blocks; b++) {
-        const int x_end = (b + 1) * BLOCK < width ? (b + 1) * BLOCK : width;
+        const int x_end = block_end(b, width);
         uint32_t along = 0;
         uint32_t upright = 0;
         uint32_t slopes = 0;
@@ -251,8 +256,8 @@ static void accept_costly(const struct block_check *check, int block_row, int b)
         return;
     }
     struct match_output *output = check->output;
-    const int x_end = clamped((b + 1) * BLOCK - 1, output->reason.width) + 1;
-    const int y_end = clamped((block_row + 1) * BLOCK - 1, output->reason.height) + 1;
+    const int x_end = block_end(b, output->reason.width);
+    const int y_end = block_end(block_row, output->reason.height);
     for (int y = block_row * BLOCK; y < y_end; y++) {
         uint8_t *reason = image_u8_row(&output->reason, y);
         const uint8_t *margin = image_u8_row(&output->confidence, y);
@@ -276,13 +281,12 @@ static enum match_measure failed_rule(const struct block_check *check, int block
     const bool sloped = block_row_of(check, block_row)[b].sloped != 0;
     const struct sums itself = sums_around(check, block_row, b, 0);
     const int own = share_of(&itself);
+    const int edge_share = own > share ? own : share;
     const bool coarse = check->coarse && around.strong < TUNE_STRONG_COARSE;
     const int values[MATCH_RULES] = {
         [MATCH_TEXTURE] = sums_around(check, block_row, b, FAR_BLOCKS).textured,
         [MATCH_SHARE] = near_texture || sloped ? UINT8_MAX : share,
-        [MATCH_SHARE_EDGE] = near_texture || !sloped ? UINT8_MAX
-                             : own > share           ? own
-                                                     : share,
+        [MATCH_SHARE_EDGE] = sloped && !near_texture ? edge_share : UINT8_MAX,
         [MATCH_SHARE_COARSE] = coarse ? share : UINT8_MAX,
     };
     for (int i = MATCH_TEXTURE; i <= MATCH_SHARE_COARSE; i++) {
@@ -295,9 +299,8 @@ static enum match_measure failed_rule(const struct block_check *check, int block
 
 static void reject(const struct block_check *check, int block_row, int b, uint8_t why) {
     struct image_u8 *reason = &check->output->reason;
-    const int x_end = (b + 1) * BLOCK < reason->width ? (b + 1) * BLOCK : reason->width;
-    const int y_end =
-        (block_row + 1) * BLOCK < reason->height ? (block_row + 1) * BLOCK : reason->height;
+    const int x_end = block_end(b, reason->width);
+    const int y_end = block_end(block_row, reason->height);
     for (int y = block_row * BLOCK; y < y_end; y++) {
         uint8_t *row = image_u8_row(reason, y);
         for (int x = b * BLOCK; x < x_end; x++) {
