@@ -146,7 +146,7 @@ TEST_CASE("a call that fails is made good, or named within two seconds with the 
         {"an adapter that reports a lost transfer", Port::kI2c, ERROR_IO, true},
         {"a bus whose adapter is unplugged", Port::kI2c, ERROR_DEVICE, false},
         {"a bus that something else pulls at", Port::kI2c, ERROR_I2C_ARBITRATION, true},
-        {"a transfer that takes for ever", Port::kI2c, ERROR_TIMEOUT, true},
+        {"a transfer that never ends", Port::kI2c, ERROR_TIMEOUT, true},
         {"lines that cannot be driven or read", Port::kGpio, ERROR_DEVICE, true},
         {"a port that gives no frame", Port::kCamera, ERROR_TIMEOUT, true},
         {"a port that has gone", Port::kCamera, ERROR_DEVICE, true},

@@ -113,7 +113,7 @@ struct rig_error {
 enum rig_state {
     RIG_DOWN,  ///< not brought up
     RIG_READY,
-    RIG_SAFE,  ///< made safe after a failure: `bringup` again
+    RIG_SAFE,  ///< at rest after a failure: `bringup` again
 };
 
 /// State of a part when it was last used.
