@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The tuned numbers of a measurement.
+#ifndef VERGENCE_MEASURE_MEASURE_TUNING_H
+#define VERGENCE_MEASURE_MEASURE_TUNING_H
+
+/// f-number of the wide view, whatever its depth. At 8.5 mm everything from 1 m on is then within
+/// 2.5 px of blur of a focus at 1.8 m, and the coarse surface has a quarter of the pixels. Larger:
+/// more depth, longer exposures.
+#define MEASURE_WIDE_F_NUMBER 4.0
+
+/// A subject without a wish for its size gets a field so many times as wide.
+#define MEASURE_SUBJECT_MARGIN 1.25
+
+/// Least part of the view around the subject that is good enough: its square is what is left of the
+/// density that the subject could have. Larger: more aims, of which each takes 4 s with its pair.
+#define MEASURE_CENTRED_MIN 0.8
+/// Most aims: each comes to rest elsewhere by the servos' repeatability.
+enum { MEASURE_AIMS_MAX = 3 };
+
+/// Blur at which an image counts as sharp, px: RIG_OPTICS_SHARP_PX.
+#define MEASURE_SHARP_PX 1.0
+/// Blur of the worse end from which on the result has lost something, px.
+#define MEASURE_BLURRED_PX 2.0
+/// A focus that is off the middle by less than this blur stays, px.
+#define MEASURE_MIDDLE_PX 0.5
+
+/// Error of a disparity on texture, px, as the figures of the simulated rig have it: 0.07 (1x) to
+/// 0.09 (3x).
+#define MEASURE_DISPARITY_PX 0.1
+
+/// Depth that is searched beyond the subject's, part of its distance. Larger: longer matching, and
+/// more that can be mistaken; smaller: what the coarse surface missed is lost.
+#define MEASURE_SEARCH_MARGIN 0.1
+
+/// Mean over its target below which a picture is too dark to be measured well.
+#define MEASURE_DARK_REACHED 0.5
+/// Dark part of the subject from which several exposures are worth their time, and the gain from
+/// which a mean of several frames is.
+#define MEASURE_DARK_PART_MIN 0.03
+#define MEASURE_NOISY_GAIN 2.0
+/// The best in dark parts, and what is nearly as good without a bridge: daemon/RESULTS.md.
+enum { MEASURE_BRACKET_FRAMES = 4, MEASURE_AVERAGE_FRAMES = 8 };
+/// Exposure from which on a bracket, whose last one is some 16 times as long, takes more than 20 s
+/// for both cameras, us.
+#define MEASURE_BRACKET_MAX_US 400e3
+
+/// Least ratio of the focal lengths of two pairs that help each other: that of wide_pair.c.
+#define MEASURE_RATIO_MIN 1.3
+/// Focal length of the pair at another zoom, times the smallest.
+#define MEASURE_OTHER_FACTOR 3.0
+
+/// A distance to look at where none is known, mm.
+#define MEASURE_ANY_DISTANCE_MM 2000.0
+
+/// A pair that something moved in is taken so many times more.
+enum { MEASURE_MOVED_TRIES = 1 };
+
+/// An error that all points share and that is so many times theirs is worth a board; below this
+/// share of the pixels texture is what is missing.
+#define MEASURE_COMMON_FACTOR 3.0
+#define MEASURE_SHARE_MIN 0.5
+
+#endif
