@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "measure/measure_events.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "core/math.h"
+#include "measure/measure_steps.h"
+#include "measure/measure_tuning.h"
+#include "stereo/geometry/geometry.h"
+
+// Largest length that a measurement of this instrument has, mm: that of stereo/geometry/
+// triangulate.h.
+static const double length_max_mm = 2e6;
+bool measure_is_length(double value_mm) {
+    return value_mm >= 0 && value_mm <= length_max_mm;  // not of a NaN
+}
+
+static bool is_finite3(const double value[3]) {
+    return fabs(value[0]) <= length_max_mm && fabs(value[1]) <= length_max_mm &&
+           fabs(value[2]) <= length_max_mm;
+}
+
+// Where the right camera points, by where it has the subject: the left one's pan is what counts.
+static void correct_pan(struct measure *self, const double right_px[2]) {
+    const struct zoom_calibration *model = self->instrument.calibration;
+    struct zoom_pair pair;
+    double arm_mm[3], expected[3], seen[3];
+    zoom_pair_at(model->camera, &self->axes, &pair);
+    for (int i = 0; i < 3; i++) {
+        arm_mm[i] = self->point_mm[i] - pair.side[1].position_mm[i];
+    }
+    geometry_rotate_back(pair.side[1].R_instrument_camera, arm_mm, expected);
+    if (!(expected[2] > 0) || !lens_ray(&pair.side[1].lens, right_px, seen) || !(seen[2] > 0)) {
+        return;
+    }
+    // A camera that is turned further to the right has objects further to the left.
+    const double off_rad = math_atan2(expected[0], expected[2]) - math_atan2(seen[0], seen[2]);
+    const double off_pan_rad = off_rad / (1 + model->camera[1].mount[ZOOM_PAN_SCALE]);
+    self->pan_offset_rad[1] += off_pan_rad;
+    self->axes.side[1].pan_rad += off_pan_rad;
+}
+
+// Whether the coarse surface shows a subject, with values that can be.
+static bool shows_subject(const struct measure_event *event) {
+    const double *left_mm = event->subject.left_mm, *right_px = event->subject.right_px;
+    return event->error == ERROR_OK && is_finite3(left_mm) && left_mm[2] > 0 &&
+           fabs(right_px[0]) < LENS_CENTRE_MAX_PX && fabs(right_px[1]) < LENS_CENTRE_MAX_PX;
+}
+
+static bool shows_depth(const struct measure_event *event) {
+    return event->subject.near_mm > 0 && event->subject.far_mm >= event->subject.near_mm &&
+           measure_is_length(event->subject.far_mm) && measure_is_length(event->subject.width_mm);
+}
+
+// The subject that the coarse surface shows. False: it shows none.
+static bool take_subject(struct measure *self, const struct measure_event *event) {
+    const double *left_mm = event->subject.left_mm;
+    struct zoom_pair pair;
+    double turned_mm[3];
+    if (!shows_subject(event) || !shows_depth(event)) {
+        return false;
+    }
+    zoom_pair_at(self->instrument.calibration->camera, &self->axes, &pair);
+    geometry_rotate(pair.side[0].R_instrument_camera, left_mm, turned_mm);
+    for (int i = 0; i < 3; i++) {
+        self->point_mm[i] = pair.side[0].position_mm[i] + turned_mm[i];
+    }
+    self->subject_known = true;
+    self->distance_mm = left_mm[2];
+    self->width_mm = event->subject.width_mm;
+    if (self->request.near_mm == 0 || self->request.far_mm == 0) {
+        self->near_mm = event->subject.near_mm;
+        self->far_mm = event->subject.far_mm;
+    }
+    correct_pan(self, event->subject.right_px);
+    return true;
+}
+
+static enum measure_outcome take_or_fail(struct measure *self, const struct measure_event *event) {
+    (void)self;
+    return event->error == ERROR_OK ? MEASURE_DONE : MEASURE_FAILED;
+}
+
+static enum measure_outcome take_any(struct measure *self, const struct measure_event *event) {
+    self->f_number = event->f_number > 0 ? event->f_number : self->f_number;
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_light(struct measure *self, const struct measure_event *event) {
+    take_any(self, event);
+    const double reached = event->light.reached;
+    if (event->error == ERROR_OK && event->light.exposure_us > 0 && event->light.gain > 0 &&
+        reached > 0) {
+        self->light_exposure_us = event->light.exposure_us;
+        self->light_gain = event->light.gain;
+        self->light_reached = reached;
+        self->light_f_number = self->f_number;
+    }
+    const bool dark = event->error != ERROR_OK || !(reached >= MEASURE_DARK_REACHED);
+    if (self->phase != MEASURE_LIGHT || !dark) {
+        return MEASURE_DONE;
+    }
+    if (!self->iris_opens && self->near_mm > 0 && self->instrument.iris) {
+        self->iris_opens = true;
+        measure_lose(self, MEASURE_LOSS_NOT_SHARP);
+        return MEASURE_REPEAT;
+    }
+    measure_lose(self, MEASURE_LOSS_DARK);
+    return MEASURE_DONE;
+}
+
+static void take_distance(struct measure *self, const struct measure_event *event) {
+    if (event->focus_mm > 0 && measure_is_length(event->focus_mm)) {
+        self->distance_mm = event->focus_mm;
+    }
+}
+
+static enum measure_outcome take_wide_focus(struct measure *self,
+                                            const struct measure_event *event) {
+    if (self->wide_searched && event->error == ERROR_OK) {
+        take_distance(self, event);
+    }
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_focus(struct measure *self, const struct measure_event *event) {
+    self->focus_missed = event->error != ERROR_OK;
+    if (self->focus_missed) {
+        measure_lose(self, MEASURE_LOSS_FOCUS_CALIBRATED);
+    } else if (self->distance_mm == 0) {
+        take_distance(self, event);
+    }
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome moved_or_failed(struct measure *self, int error) {
+    if (error == ERROR_MOVED && self->tries < MEASURE_MOVED_TRIES) {
+        self->tries++;
+        return MEASURE_REPEAT;
+    }
+    self->result.advice = error == ERROR_MOVED ? MEASURE_ADVICE_STILL : MEASURE_ADVICE_NOTHING;
+    return MEASURE_FAILED;
+}
+
+static enum measure_outcome take_wide_pair(struct measure *self,
+                                           const struct measure_event *event) {
+    if (event->error != ERROR_OK) {
+        return moved_or_failed(self, event->error);
+    }
+    self->other_pair = event->pair.number;
+    self->other_f_px = measure_focal_px(self);
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_wide_surface(struct measure *self,
+                                              const struct measure_event *event) {
+    if (take_subject(self, event)) {
+        return MEASURE_DONE;
+    }
+    if (!self->wide_searched && self->instrument.focus) {
+        self->wide_searched = true;
+        self->phase = MEASURE_WIDE_FOCUS;
+        return MEASURE_REPEAT;
+    }
+    measure_lose(self, MEASURE_LOSS_COARSE);
+    const double stated_mm = (self->request.near_mm + self->request.far_mm) / 2;
+    self->distance_mm = self->near_mm > 0 ? stated_mm : self->distance_mm;
+    if (self->distance_mm == 0) {
+        self->result.advice = MEASURE_ADVICE_TEXTURE;
+        return self->request.wish == MEASURE_WISH_ZOOM ? MEASURE_DONE : MEASURE_FAILED;
+    }
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_aim(struct measure *self, const struct measure_event *event) {
+    self->aims++;
+    self->other_pair = 0;
+    if (event->error != ERROR_OK) {
+        measure_lose(self, MEASURE_LOSS_NOT_AIMED);
+        self->aims = MEASURE_AIMS_MAX;
+    }
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_aimed_pair(struct measure *self,
+                                            const struct measure_event *event) {
+    const enum measure_outcome outcome = take_wide_pair(self, event);
+    return outcome == MEASURE_FAILED ? MEASURE_DONE : outcome;
+}
+
+// Aims once more where the servos came to rest too far off.
+static enum measure_outcome take_aimed_surface(struct measure *self,
+                                               const struct measure_event *event) {
+    if (!take_subject(self, event) || measure_centred(self) >= MEASURE_CENTRED_MIN) {
+        return MEASURE_DONE;
+    }
+    if (self->aims < MEASURE_AIMS_MAX) {
+        self->phase = MEASURE_AIM;
+        return MEASURE_REPEAT;
+    }
+    measure_lose(self, MEASURE_LOSS_OFF_CENTRE);
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_zoom(struct measure *self, const struct measure_event *event) {
+    if (event->error != ERROR_OK) {
+        measure_lose(self, MEASURE_LOSS_NOT_ZOOMED);
+    }
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_iris(struct measure *self, const struct measure_event *event) {
+    take_any(self, event);
+    if (event->error != ERROR_OK) {
+        measure_lose(self, MEASURE_LOSS_NOT_SHARP);
+    }
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_pair(struct measure *self, const struct measure_event *event) {
+    struct zoom_field field;
+    if (event->error != ERROR_OK) {
+        return moved_or_failed(self, event->error);
+    }
+    if (self->subject_known && zoom_field_at(self->instrument.calibration, &self->instrument.frames,
+                                             &self->axes, self->point_mm, &field) == ERROR_OK) {
+        self->result.density_per_mm2 = field.density_per_mm2;
+        self->result.width_mm = field.width_mm;
+    }
+    self->result.pair = event->pair.number;
+    self->pair_f_px = measure_focal_px(self);
+    self->dark_part =
+        event->pair.dark_part >= 0 && event->pair.dark_part <= 1 ? event->pair.dark_part : 0;
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_merged(struct measure *self, const struct measure_event *event) {
+    if (event->error == ERROR_OK) {
+        self->result.pair = event->pair.number;
+    } else {
+        measure_lose(self, MEASURE_LOSS_DARK_PARTS);
+    }
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_other(struct measure *self, const struct measure_event *event) {
+    self->other_missed = self->other_missed || event->error != ERROR_OK;
+    return MEASURE_DONE;
+}
+
+static enum measure_outcome take_other_pair(struct measure *self,
+                                            const struct measure_event *event) {
+    const enum measure_outcome outcome = take_wide_pair(self, event);
+    self->other_missed = outcome == MEASURE_FAILED;
+    return outcome == MEASURE_FAILED ? MEASURE_DONE : outcome;
+}
+
+static enum measure_advice advice_for(const struct measure *self) {
+    const struct measure_result *result = &self->result;
+    const uint32_t dark = UINT32_C(1) << MEASURE_LOSS_DARK | UINT32_C(1) << MEASURE_LOSS_DARK_PARTS;
+    if ((result->losses & UINT32_C(1) << MEASURE_LOSS_MISFIT) != 0) {
+        return MEASURE_ADVICE_CALIBRATE;
+    }
+    if ((result->losses & dark) != 0) {
+        return MEASURE_ADVICE_LIGHT;
+    }
+    if (result->share < MEASURE_SHARE_MIN) {
+        return MEASURE_ADVICE_TEXTURE;
+    }
+    if (result->common_mm > MEASURE_COMMON_FACTOR * result->sigma_mm) {
+        return result->with_pair == 0 && self->request.quick ? MEASURE_ADVICE_SECOND_ZOOM
+                                                             : MEASURE_ADVICE_BOARD;
+    }
+    return MEASURE_ADVICE_NOTHING;
+}
+
+static enum measure_outcome take_surface(struct measure *self, const struct measure_event *event) {
+    struct measure_result *result = &self->result;
+    if (event->error != ERROR_OK) {
+        if (result->with_pair != 0 && !self->alone) {
+            self->alone = true;
+            return MEASURE_REPEAT;
+        }
+        result->advice = MEASURE_ADVICE_TEXTURE;
+        return MEASURE_FAILED;
+    }
+    if (result->with_pair != 0 && !event->surface.with_used) {
+        measure_lose(self, MEASURE_LOSS_ONE_ZOOM);
+        result->with_pair = 0;
+    }
+    if (event->misfit) {
+        measure_lose(self, MEASURE_LOSS_MISFIT);
+    }
+    result->depth_mm = event->surface.depth_mm;
+    result->sigma_mm = event->surface.sigma_mm;
+    result->common_mm = event->surface.common_mm;
+    result->share = event->surface.share;
+    result->advice = advice_for(self);
+    return MEASURE_DONE;
+}
+
+enum measure_outcome measure_take(struct measure *self, const struct measure_event *event) {
+    static enum measure_outcome (*const takes[MEASURE_PHASES])(struct measure *,
+                                                               const struct measure_event *) = {
+        [MEASURE_BRINGUP] = take_or_fail,
+        [MEASURE_AHEAD] = take_or_fail,
+        [MEASURE_WIDE_ZOOM] = take_any,
+        [MEASURE_WIDE_IRIS] = take_any,
+        [MEASURE_WIDE_LIGHT] = take_light,
+        [MEASURE_WIDE_FOCUS] = take_wide_focus,
+        [MEASURE_WIDE_PAIR] = take_wide_pair,
+        [MEASURE_WIDE_SURFACE] = take_wide_surface,
+        [MEASURE_AIM] = take_aim,
+        [MEASURE_AIMED_PAIR] = take_aimed_pair,
+        [MEASURE_AIMED_SURFACE] = take_aimed_surface,
+        [MEASURE_ZOOM] = take_zoom,
+        [MEASURE_IRIS] = take_iris,
+        [MEASURE_FOCUS] = take_focus,
+        [MEASURE_MIDDLE] = take_any,
+        [MEASURE_LIGHT] = take_light,
+        [MEASURE_PAIR] = take_pair,
+        [MEASURE_MERGED] = take_merged,
+        [MEASURE_OTHER_ZOOM] = take_other,
+        [MEASURE_OTHER_FOCUS] = take_any,
+        [MEASURE_OTHER_LIGHT] = take_any,
+        [MEASURE_OTHER_PAIR] = take_other_pair,
+        [MEASURE_SURFACE] = take_surface,
+    };
+    INVARIANT((unsigned)self->phase < MEASURE_PHASES && takes[self->phase] != NULL);
+    return takes[self->phase](self, event);
+}

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <math.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "core/math.h"
+#include "measure/measure_steps.h"
+#include "measure/measure_tuning.h"
+#include "stereo/zoom/zoom_aim.h"
+
+// ---- what is known
+
+void measure_lose(struct measure *self, enum measure_loss loss) {
+    INVARIANT((unsigned)loss < MEASURE_LOSSES);
+    self->result.losses |= UINT32_C(1) << loss;
+}
+
+const struct zoom_calibration *measure_model(const struct measure *self) {
+    return self->instrument.calibration;
+}
+
+// Whether parts may move: a calibration of one state does not survive it.
+bool measure_may_move(const struct measure *self) {
+    return measure_model(self) != NULL;
+}
+
+bool measure_may_zoom(const struct measure *self) {
+    return measure_may_move(self) && self->instrument.zoom;
+}
+
+// The subject, or a point ahead at its distance as far as that is known.
+void measure_point(const struct measure *self, double point_mm[3]) {
+    if (self->subject_known) {
+        memcpy(point_mm, self->point_mm, sizeof self->point_mm);
+        return;
+    }
+    zoom_point_ahead(measure_model(self),
+                     self->distance_mm > 0 ? self->distance_mm : MEASURE_ANY_DISTANCE_MM, 0,
+                     point_mm);
+}
+
+double measure_focal_px(const struct measure *self) {
+    return measure_may_move(self) ? zoom_function_value(&measure_model(self)->camera[0], ZOOM_FOCAL,
+                                                        self->axes.side[0].zoom_counts)
+                                  : 0;
+}
+
+// The request's wish; false: none that the subject's size is needed for and not known.
+bool measure_wish_of(const struct measure *self, struct zoom_wish *wish) {
+    static const enum zoom_wish_kind kinds[] = {[MEASURE_WISH_SUBJECT] = ZOOM_WISH_WIDTH,
+                                                [MEASURE_WISH_FIT] = ZOOM_WISH_WIDTH,
+                                                [MEASURE_WISH_DENSITY] = ZOOM_WISH_DENSITY,
+                                                [MEASURE_WISH_ZOOM] = ZOOM_WISH_FACTOR};
+    const bool by_subject = self->request.wish == MEASURE_WISH_SUBJECT;
+    *wish = (struct zoom_wish){
+        kinds[self->request.wish],
+        by_subject ? MEASURE_SUBJECT_MARGIN * self->width_mm : self->request.value,
+    };
+    return wish->value > 0;
+}
+
+// The state for the wish, and `*nearest`: it is out of reach, and this is the nearest to it. False:
+// none, or the cameras do not see the subject.
+bool measure_state_for(const struct measure *self, struct zoom_state *state, bool *nearest) {
+    struct zoom_wish wish;
+    struct zoom_range reach;
+    double point_mm[3];
+    *nearest = false;
+    *state = self->axes;
+    if (!measure_may_zoom(self) || !measure_wish_of(self, &wish)) {
+        return false;
+    }
+    measure_point(self, point_mm);
+    if (zoom_for_wish(measure_model(self), &self->instrument.frames, &wish, point_mm, state,
+                      &reach) == ERROR_OK) {
+        return true;
+    }
+    if (!(reach.max > 0 && reach.min <= reach.max)) {
+        return false;
+    }
+    // Something smaller than the tele end shows is not a wish out of reach, if it was not stated.
+    *nearest = self->request.wish != MEASURE_WISH_SUBJECT;
+    wish.value = math_min(reach.max, math_max(reach.min, wish.value));
+    return zoom_for_wish(measure_model(self), &self->instrument.frames, &wish, point_mm, state,
+                         &reach) == ERROR_OK;
+}
+
+double measure_centred(const struct measure *self) {
+    struct zoom_state state;
+    struct zoom_field field;
+    bool nearest;
+    return self->subject_known && measure_state_for(self, &state, &nearest) &&
+                   zoom_field_at(measure_model(self), &self->instrument.frames, &state,
+                                 self->point_mm, &field) == ERROR_OK
+               ? zoom_field_centred(measure_model(self), &self->instrument.frames, &state, &field)
+           : self->subject_known && measure_may_zoom(self) ? 0
+                                                           : 1;
+}
+
+// ---- which phases are needed
+
+static bool needs_look(const struct measure *self) {
+    return measure_may_zoom(self) && (!self->request.quick || self->request.has_place ||
+                                      self->request.wish != MEASURE_WISH_ZOOM);
+}
+
+bool measure_has_other(const struct measure *self) {
+    const double f_px = self->pair_f_px, other_px = self->other_f_px;
+    return self->other_pair != 0 && other_px > 0 &&
+           (f_px >= MEASURE_RATIO_MIN * other_px || other_px >= MEASURE_RATIO_MIN * f_px);
+}
+
+// Before the pair is taken, as expected.
+static bool needs_other(const struct measure *self) {
+    const bool has = self->result.pair != 0 ? measure_has_other(self)
+                                            : self->request.wish != MEASURE_WISH_ZOOM ||
+                                                  self->request.value >= MEASURE_RATIO_MIN;
+    return measure_may_zoom(self) && !self->request.quick && !has && !self->other_missed;
+}
+
+// Servos that were not set since the bring-up are anywhere.
+static bool needs_ahead(const struct measure *self) {
+    return measure_may_move(self) && self->instrument.servos && !self->pan_known;
+}
+
+static bool needs_aim(const struct measure *self) {
+    return needs_look(self) && self->instrument.servos && self->aims < MEASURE_AIMS_MAX &&
+           (self->phase < MEASURE_AIM ? !self->subject_known
+                                      : measure_centred(self) < MEASURE_CENTRED_MIN);
+}
+
+static bool needs_aimed_pair(const struct measure *self) {
+    return needs_look(self) && !self->request.quick && self->aims > 0 && self->other_pair == 0;
+}
+
+static bool needs_aimed_surface(const struct measure *self) {
+    return needs_look(self) && !self->request.quick && self->aims > 0 && self->other_pair != 0;
+}
+
+static bool needs_merged(const struct measure *self) {
+    return !self->request.quick && self->result.pair != 0 &&
+           (self->dark_part > MEASURE_DARK_PART_MIN ||
+            (self->light_gain > MEASURE_NOISY_GAIN && self->instrument.exposure));
+}
+
+static bool needs_bringup(const struct measure *self) {
+    return !self->instrument.ready;
+}
+
+static bool needs_wide_iris(const struct measure *self) {
+    return needs_look(self) && self->instrument.iris;
+}
+
+static bool needs_wide_light(const struct measure *self) {
+    return needs_look(self) && self->instrument.exposure;
+}
+
+static bool needs_wide_focus(const struct measure *self) {
+    return needs_look(self) && self->instrument.focus;
+}
+
+static bool needs_iris(const struct measure *self) {
+    return measure_may_move(self) && self->instrument.iris && self->near_mm > 0;
+}
+
+bool measure_has_distance(const struct measure *self) {
+    return self->request.quick && self->subject_known;
+}
+
+static bool needs_focus(const struct measure *self) {
+    return measure_may_move(self) && self->instrument.focus && !measure_has_distance(self);
+}
+
+static bool needs_middle(const struct measure *self) {
+    return measure_may_move(self) && self->instrument.focus &&
+           (self->near_mm > 0 || self->focus_missed);
+}
+
+static bool needs_light(const struct measure *self) {
+    return self->instrument.exposure;
+}
+
+static bool needs_other_focus(const struct measure *self) {
+    return needs_other(self) && self->instrument.focus;
+}
+
+static bool needs_other_light(const struct measure *self) {
+    return needs_other(self) && self->instrument.exposure;
+}
+
+bool measure_needs(const struct measure *self, enum measure_phase phase) {
+    // Without a function: always.
+    static bool (*const needs[MEASURE_PHASES])(const struct measure *) = {
+        [MEASURE_BRINGUP] = needs_bringup,
+        [MEASURE_AHEAD] = needs_ahead,
+        [MEASURE_WIDE_ZOOM] = needs_look,
+        [MEASURE_WIDE_IRIS] = needs_wide_iris,
+        [MEASURE_WIDE_LIGHT] = needs_wide_light,
+        [MEASURE_WIDE_FOCUS] = needs_wide_focus,
+        [MEASURE_WIDE_PAIR] = needs_look,
+        [MEASURE_WIDE_SURFACE] = needs_look,
+        [MEASURE_AIM] = needs_aim,
+        [MEASURE_AIMED_PAIR] = needs_aimed_pair,
+        [MEASURE_AIMED_SURFACE] = needs_aimed_surface,
+        [MEASURE_ZOOM] = measure_may_zoom,
+        [MEASURE_IRIS] = needs_iris,
+        [MEASURE_FOCUS] = needs_focus,
+        [MEASURE_MIDDLE] = needs_middle,
+        [MEASURE_LIGHT] = needs_light,
+        [MEASURE_MERGED] = needs_merged,
+        [MEASURE_OTHER_ZOOM] = needs_other,
+        [MEASURE_OTHER_FOCUS] = needs_other_focus,
+        [MEASURE_OTHER_LIGHT] = needs_other_light,
+        [MEASURE_OTHER_PAIR] = needs_other,
+    };
+    INVARIANT((unsigned)phase < MEASURE_PHASES);
+    return needs[phase] == NULL || needs[phase](self);
+}

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Iris and focus for the depth of the subject.
+#include <math.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/math.h"
+#include "focus/depth_iris.h"
+#include "measure/measure_steps.h"
+#include "measure/measure_tuning.h"
+
+// The lens with the longer focal length, focused on the middle of the subject; false: too near.
+static bool lens_of(const struct measure *self, struct lens_state *state) {
+    const struct zoom_calibration *model = measure_model(self);
+    double focal_mm = 0;
+    for (int side = 0; side < 2; side++) {
+        const struct zoom_camera *camera = &model->camera[side];
+        focal_mm = math_max(
+            focal_mm, camera->pixel_mm * zoom_function_value(camera, ZOOM_FOCAL,
+                                                             self->axes.side[side].zoom_counts));
+    }
+    *state = (struct lens_state){
+        .focal_length_mm = focal_mm,
+        .f_number = self->f_number > 0 ? self->f_number : MEASURE_WIDE_F_NUMBER,
+        .focus_distance_mm = self->near_mm > 0 ? lens_range_middle(self->near_mm, self->far_mm) : 0,
+    };
+    return focal_mm > 0 && self->near_mm > 2 * focal_mm;
+}
+
+static double sharp_mm(const struct measure *self) {
+    return MEASURE_SHARP_PX * measure_model(self)->camera[0].pixel_mm;
+}
+
+// The f-number from which on the longest exposure with the largest gain is too dark; INFINITY: not
+// known.
+static double f_number_for_light(const struct measure *self) {
+    const double product = self->light_exposure_us * self->light_gain;
+    const double most = self->instrument.exposure_max_us * self->instrument.gain_max;
+    return product > 0 && most > 0 && self->light_f_number > 0
+               ? self->light_f_number * sqrt(most / product * math_min(1, self->light_reached))
+               : (double)INFINITY;
+}
+
+bool measure_prepare_iris(struct measure *self, struct measure_step *step) {
+    const struct measure_instrument *parts = &self->instrument;
+    struct lens_state lens;
+    if (!(parts->f_number_open > 0 && parts->f_number_closed >= parts->f_number_open) ||
+        !lens_of(self, &lens)) {
+        measure_lose(self, MEASURE_LOSS_NOT_SHARP);
+        return false;
+    }
+    const struct depth_iris_limits limits = {parts->f_number_open, parts->f_number_closed,
+                                             f_number_for_light(self)};
+    static const enum measure_why whys[] = {
+        [DEPTH_IRIS_NEEDED] = MEASURE_WHY_IRIS_NEEDED,
+        [DEPTH_IRIS_OPEN] = MEASURE_WHY_IRIS_OPEN,
+        [DEPTH_IRIS_DIFFRACTION] = MEASURE_WHY_IRIS_DIFFRACTION,
+        [DEPTH_IRIS_CLOSED] = MEASURE_WHY_IRIS_CLOSED,
+        [DEPTH_IRIS_DARK] = MEASURE_WHY_IRIS_LIGHT,
+    };
+    const struct depth_iris iris =
+        depth_iris_for(&lens, self->near_mm, self->far_mm, sharp_mm(self), &limits);
+    if (iris.blur_mm > MEASURE_BLURRED_PX / MEASURE_SHARP_PX * sharp_mm(self)) {
+        measure_lose(self, MEASURE_LOSS_NOT_SHARP);
+    }
+    step->kind = MEASURE_STEP_IRIS;
+    step->f_number = iris.f_number;
+    self->result.sharp_near_mm = iris.sharp_near_mm;
+    self->result.sharp_far_mm = iris.sharp_far_mm;
+    measure_explain(step, whys[iris.limit], iris.f_number, iris.sharp_near_mm, iris.sharp_far_mm,
+                    0);
+    return true;
+}
+
+// Makes `to`, the calibration's focus for the middle, that which is as far from the focus that was
+// found as the calibration has it: what was found counts. False: it would change nothing.
+static bool shift_focus(const struct measure *self, const struct lens_state *middle,
+                        const double point_mm[3], struct zoom_state *to) {
+    struct zoom_state at = self->axes;
+    struct lens_state lens = *middle;
+    lens.focus_distance_mm = self->distance_mm;
+    if (!(self->distance_mm > 2 * lens.focal_length_mm) ||
+        lens_blur(&lens, middle->focus_distance_mm) <=
+            MEASURE_MIDDLE_PX * measure_model(self)->camera[0].pixel_mm ||
+        zoom_focus_at(measure_model(self), point_mm, &at) != ERROR_OK) {
+        return false;
+    }
+    for (int side = 0; side < 2; side++) {
+        to->side[side].focus_counts +=
+            self->axes.side[side].focus_counts - at.side[side].focus_counts;
+    }
+    return true;
+}
+
+// From the focus that was found to the middle of the depth, or to where the calibration has that.
+bool measure_prepare_middle(struct measure *self, struct measure_step *step) {
+    const bool is_absolute = self->focus_missed || measure_has_distance(self);
+    struct zoom_state to = self->axes;
+    struct lens_state lens;
+    double point_mm[3], middle_mm[3];
+    const bool has_depth = lens_of(self, &lens);
+    measure_point(self, point_mm);
+    memcpy(middle_mm, point_mm, sizeof middle_mm);
+    middle_mm[2] += has_depth ? lens.focus_distance_mm - self->distance_mm : 0;
+    if ((!is_absolute && !has_depth) ||
+        zoom_focus_at(measure_model(self), middle_mm, &to) != ERROR_OK) {
+        return false;
+    }
+    if (!is_absolute && !shift_focus(self, &lens, point_mm, &to)) {
+        return false;
+    }
+    step->kind = MEASURE_STEP_FOCUS;
+    step->axes = to;
+    if (is_absolute) {
+        measure_explain(
+            step, self->focus_missed ? MEASURE_WHY_FOCUS_CALIBRATED : MEASURE_WHY_FOCUS_KNOWN,
+            has_depth ? lens_range_middle(self->near_mm, self->far_mm) : self->distance_mm, 0, 0,
+            0);
+    } else {
+        measure_explain(step, MEASURE_WHY_FOCUS_MIDDLE, self->near_mm, self->far_mm, 0, 0);
+    }
+    return true;
+}
