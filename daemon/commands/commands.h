@@ -64,6 +64,11 @@ void pair_reply_put(const struct command_call *call, const struct captured_pair 
 /// Adds the current recording, if there is one, to the answer of `status`. The rig's thread only.
 void commands_session_put_state(const struct command_call *call);
 
+/// Writes a note, a comment ("# measure ..."), into the recording, or, if there is none, into the
+/// session `name`, which has ended. 0, or an error with the call's message: the session is as
+/// before. The rig's thread only.
+int commands_session_note(const struct command_call *call, const char *name, const char *text);
+
 /// Ends the current recording, if there is one, in good order. Only after the rig's thread ended.
 void commands_session_end(struct daemon *daemon);
 

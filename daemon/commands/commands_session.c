@@ -462,6 +462,33 @@ static int run_record(const struct command_call *call) {
     return error == ERROR_OK ? ERROR_OK : command_fail(call, error, "%s", message.text);
 }
 
+/// A note for a session, as a job for the disk writer.
+struct note {
+    int files_fd;
+    const char *name, *text;
+    int error;
+    struct message message;
+};
+
+static void write_note(void *cookie) {
+    struct note *self = cookie;
+    self->error = session_add_note(self->files_fd, self->name, self->text, &self->message);
+}
+
+int commands_session_note(const struct command_call *call, const char *name, const char *text) {
+    struct daemon *daemon = daemon_of(call);
+    struct note note = {.files_fd = daemon->files_fd, .name = name, .text = text};
+    INVARIANT(text[0] == '#' && strlen(text) <= SESSION_TEXT_MAX);
+    if (daemon->session.recording) {
+        record_command(&daemon->record, text);
+        record_command_end(&daemon->record, ERROR_OK);
+        return ERROR_OK;  // a disk that is full cuts the recording off there
+    }
+    disk_writer_run(&daemon->disk_writer, write_note, &note);
+    return note.error == ERROR_OK ? ERROR_OK
+                                  : command_fail(call, note.error, "%s", note.message.text);
+}
+
 void commands_session_end(struct daemon *daemon) {
     struct session *session = &daemon->session;
     struct message message;

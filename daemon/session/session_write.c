@@ -465,3 +465,22 @@ void session_writer_discard(struct session_writer *self, int parent) {
     }
     session_writer_leave(self);
 }
+
+int session_add_note(int parent, const char *path, const char *text, struct message *message) {
+    INVARIANT(text[0] == '#');
+    struct session_writer *self = malloc(sizeof *self);
+    if (self == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
+    }
+    int code = session_writer_resume(self, parent, path, message);
+    if (code == ERROR_OK) {
+        code = session_writer_command(self, text, message);
+        if (code == ERROR_OK) {
+            code = session_writer_end(self, message);
+        } else {
+            session_writer_discard(self, parent);
+        }
+    }
+    free(self);
+    return code;
+}

@@ -107,6 +107,11 @@ int session_writer_end(struct session_writer *self, struct message *message);
 /// something missing. Allowed if never begun.
 void session_writer_leave(struct session_writer *self);
 
+/// Appends a note, a comment to the console ("# measure ..."), to a session that has ended, which
+/// is closed again. Errors of session_writer_resume, which refuses a recording, and
+/// session_writer_command; on an error the session is as before. Not while another writer has it.
+int session_add_note(int parent, const char *path, const char *text, struct message *message);
+
 /// Closes and removes what was written, as if the session had never been begun. `parent` as for
 /// session_writer_begin. Other files in its directory stay.
 void session_writer_discard(struct session_writer *self, int parent);

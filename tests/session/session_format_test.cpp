@@ -165,6 +165,24 @@ TEST_CASE("a session that ended, or was cut off, goes on where it was") {
     CHECK(session_pairs_read(path.c_str(), true, each, &seen, &last_error) == 3);
     CHECK(seen == decltype(seen){{1, 1, 1, 1}, {2, 2, 1, 1}, {3, 3, 2, 1}});
 
+    // A note is an event of its own behind the pairs; the session is closed again.
+    CHECK(session_add_note(AT_FDCWD, path.c_str(), "# measure fit=360", &last_error) == 0);
+    CHECK(session_add_note(AT_FDCWD, path.c_str(), "# measure step aim: 2 deg", &last_error) == 0);
+    const std::string noted = read_text(path + "/session.index");
+    CHECK(noted.find("command text=#%20measure%20step%20aim:%202%20deg ") != std::string::npos);
+    CHECK(session_pairs_read(path.c_str(), true, each, &seen, &last_error) == 3);
+    int events = 0;
+    CHECK(read_all(path, &events, &last_error) == 0);
+    CHECK(events == 3 + 3 + 2 + 1);  // positions, pairs, notes, end
+    const std::string long_note = "#" + std::string(SESSION_TEXT_MAX, 'x');
+    CHECK(session_add_note(AT_FDCWD, path.c_str(), long_note.c_str(), &last_error) == ERROR_RANGE);
+    CHECK(read_text(path + "/session.index") == noted);
+    folder.write("session/calls.log", "");
+    CHECK(session_add_note(AT_FDCWD, path.c_str(), "# no", &last_error) == ERROR_ARGUMENT);
+    CHECK(session_add_note(AT_FDCWD, (folder / "none").c_str(), "# no", &last_error) ==
+          ERROR_MISSING);
+    std::filesystem::remove(path + "/calls.log");
+
     // A damaged session is left alone.
     std::string index = read_text(path + "/session.index");
     index[index.size() / 2] ^= 1;

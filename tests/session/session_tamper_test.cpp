@@ -137,6 +137,44 @@ TEST_CASE("a recording of an earlier version is refused by its version") {
     CHECK(std::string(why.text).find("build b1") != std::string::npos);
 }
 
+TEST_CASE("notes in a recording change nothing in its replay") {
+    const char *const source = std::getenv("SESSION");
+    REQUIRE(source != nullptr);
+    const scratch folder;
+    const std::string copy = folder / "session";
+    std::filesystem::copy(source, copy);
+    std::string index;
+    const auto add = [&](const std::string &event) {
+        index += event;
+        char crc[16];
+        std::snprintf(crc, sizeof crc, " %08x\n",
+                      unsigned(crc_update(0, index.data(), index.size())));
+        index += crc;
+    };
+    int notes = 0;
+    for (const std::string &line : lines_of(std::string(source) + "/session.index")) {
+        if (line.compare(0, 5, "pair ") == 0) {  // between the capture and what it gave
+            add("command text=#%20measure%20step%20pair");
+            notes++;
+        }
+        add(line.substr(0, line.rfind(' ')));
+        if (line.compare(0, 8, "command ") == 0) {
+            add("command text=#%20measure%20step%20move");
+            notes++;
+        }
+    }
+    REQUIRE(notes > 2);
+    folder.write("session/session.index", index);
+    const play_observer observer{};
+    play_outcome outcome{};
+    message why{};
+    CHECK(play_session(AT_FDCWD, copy.c_str(), &observer, &outcome, &why) == 0);
+    CAPTURE(std::string(outcome.mismatch.text));
+    CHECK(outcome.same);
+    CHECK(outcome.pairs == 1);
+    CHECK(outcome.commands == unsigned(notes - 1));
+}
+
 TEST_CASE("modified recordings are replayed to an end") {
     const char *const source = std::getenv("SESSION");
     REQUIRE(source != nullptr);

@@ -169,13 +169,16 @@ static void run_command(struct play *self) {
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     const struct command *command = NULL;
     char *const why = self->why;
-    (void)rig_idle(&self->rig);
     why[0] = '\0';
-    self->taken = false;
-    self->command_cancelled = false;
     const int error = command_parse(self->replay.event.text, self->table, self->table_count,
                                     storage, values, &command, why, COMMAND_MESSAGE_BYTES);
-    if (error != ERROR_OK || command == NULL) {
+    if (error == ERROR_OK && command == NULL) {
+        return;  // a note, which did nothing
+    }
+    (void)rig_idle(&self->rig);
+    self->taken = false;
+    self->command_cancelled = false;
+    if (error != ERROR_OK) {
         diverge(self, "%s: cannot replay the command \"%.200s\": %s", self->replay.session.path,
                 self->replay.event.text, why);
         return;
