@@ -18,8 +18,8 @@
 
 enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
 
-/// Writes the saved calibration, if there is one, to a session. One of all zooms is not: each pair
-/// gets its own.
+/// Writes the saved calibration, if there is one, to a session. To one of all zooms, each pair adds
+/// that of its own state.
 static int write_calibration(const struct command_call *call, struct message *message) {
     const struct hal_store *store = daemon_of(call)->store;
     char *text = store == NULL ? NULL : malloc(STORE_CALIBRATION_BYTES);
@@ -31,10 +31,10 @@ static int write_calibration(const struct command_call *call, struct message *me
                                         STORE_CALIBRATION_BYTES, &length);
     if (error == ERROR_OK) {
         INVARIANT(length <= STORE_CALIBRATION_BYTES);
+        struct session_writer *writer = &daemon_of(call)->session.writer;
         error = zoom_calibration_is_text(text, length)
-                    ? 0
-                    : session_writer_calibration(&daemon_of(call)->session.writer, text, length,
-                                                 message);
+                    ? session_writer_zoom_calibration(writer, text, length, message)
+                    : session_writer_calibration(writer, text, length, message);
     } else {
         error = error == ERROR_MISSING
                     ? 0

@@ -17,22 +17,24 @@ extern "C" {
 #define SESSION_CALLS_NAME "calls.log"
 
 enum {
-    SESSION_VERSION = 5,  // 2: the instrument, image statistics; 3: units of settings; 4: stamped
-                          // calls; 5: means of lens positions
-    SESSION_LINE_MAX = 4096,  // maximum length of a line of the index, without its end
-    SESSION_TEXT_MAX = 1024,  // maximum length of a command or a note, without its end
-    SESSION_NAME_MAX = 64,    // maximum length of the name of a file, a profile or a build
+    SESSION_VERSION = 6,  // 2: the instrument, image statistics; 3: units of settings; 4: stamped
+                          // calls; 5: means of lens positions; 6: the calibration of all zooms
+    SESSION_VERSION_REPLAYED = 5,  // the oldest whose calls are replayed
+    SESSION_LINE_MAX = 4096,       // maximum length of a line of the index, without its end
+    SESSION_TEXT_MAX = 1024,       // maximum length of a command or a note, without its end
+    SESSION_NAME_MAX = 64,         // maximum length of the name of a file, a profile or a build
     SESSION_REGISTERS_MAX = 256,
     SESSION_CRC_DIGITS = 8,
 };
 
 enum session_event_kind {
-    SESSION_BEGIN,        // the build that recorded it: always the first
-    SESSION_INSTRUMENT,   // the instrument that took the frames
-    SESSION_CALIBRATION,  // the calibration in force from here on
-    SESSION_SETTING,      // a setting of the instrument that differs from its profile
-    SESSION_COMMAND,      // a command that a user gave
-    SESSION_REGISTERS,    // the registers of a part, read one after the other
+    SESSION_BEGIN,             // the build that recorded it: always the first
+    SESSION_INSTRUMENT,        // the instrument that took the frames
+    SESSION_CALIBRATION,       // the calibration in force from here on
+    SESSION_ZOOM_CALIBRATION,  // that of all zooms, which calibrations come from here on
+    SESSION_SETTING,           // a setting of the instrument that differs from its profile
+    SESSION_COMMAND,           // a command that a user gave
+    SESSION_REGISTERS,         // the registers of a part, read one after the other
     SESSION_PAIR,
     SESSION_END,  // closed properly; a session without it was cut off
     SESSION_EVENT_KINDS
@@ -54,7 +56,7 @@ struct session_event {
     char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];  // BEGIN
     char date[SESSION_NAME_MAX + 1];                                  // BEGIN, ISO 8601
     struct session_instrument instrument;                             // INSTRUMENT
-    uint32_t crc32;                                                   // CALIBRATION: of its text
+    uint32_t crc32;                                                   // *CALIBRATION: of its text
     char text[SESSION_TEXT_MAX + 1];                                  // COMMAND, SETTING
     char part[SESSION_NAME_MAX + 1];                                  // REGISTERS
     uint64_t at_us;                                                   // REGISTERS
@@ -66,6 +68,7 @@ struct session_event {
 /// Name of the file of a frame or a calibration: by the CRC-32 of its bytes.
 void session_frame_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]);
 void session_calibration_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]);
+void session_zoom_calibration_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]);
 
 /// Writes the header of an image's file: PGM or PPM, one byte a value up to 8 bits, else two,
 /// big-endian. Returns its length. Pixels of an RGB image are three values.

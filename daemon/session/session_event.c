@@ -18,6 +18,10 @@ void session_calibration_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]) {
     snprintf(name, SESSION_NAME_MAX + 1, "calibration-%08" PRIx32 ".txt", crc32);
 }
 
+void session_zoom_calibration_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]) {
+    snprintf(name, SESSION_NAME_MAX + 1, "zoom-%08" PRIx32 ".txt", crc32);
+}
+
 int session_frame_head(const struct raw_image *image, char head[SESSION_NAME_MAX + 1]) {
     const char *magic = image->layout == RAW_RGB ? "P6" : "P5";
     return snprintf(head, SESSION_NAME_MAX + 1, "%s\n%d %d\n%d\n", magic, image->width_px,
@@ -147,6 +151,7 @@ static const struct {
     [SESSION_BEGIN] = {"begin", begin_fields},
     [SESSION_INSTRUMENT] = {"instrument", instrument_fields},
     [SESSION_CALIBRATION] = {"calibration", calibration_fields},
+    [SESSION_ZOOM_CALIBRATION] = {"zoom_calibration", calibration_fields},
     [SESSION_SETTING] = {"setting", text_fields},
     [SESSION_COMMAND] = {"command", text_fields},
     [SESSION_REGISTERS] = {"registers", registers_fields},

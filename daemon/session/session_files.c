@@ -38,7 +38,7 @@ bool session_files_read(struct session_files *self, int directory) {
         return false;
     }
     for (bool more = true; more && session_reader_next(&reader, event, &ignored) == 1;) {
-        if (event->kind == SESSION_CALIBRATION) {
+        if (event->kind == SESSION_CALIBRATION || event->kind == SESSION_ZOOM_CALIBRATION) {
             more = add(self, event->crc32);
         } else if (event->kind == SESSION_PAIR) {
             more = add(self, event->frame_crc[0]) && add(self, event->frame_crc[1]);
@@ -52,6 +52,7 @@ bool session_files_read(struct session_files *self, int directory) {
 /// Parses the name of a frame or a calibration.
 static bool read_name(const char *name, uint32_t *crc) {
     char frame[SESSION_NAME_MAX + 1], calibration[SESSION_NAME_MAX + 1];
+    char zoom_calibration[SESSION_NAME_MAX + 1];
     const char *digits = strchr(name, '-');
     if (digits == NULL) {
         return false;
@@ -59,7 +60,9 @@ static bool read_name(const char *name, uint32_t *crc) {
     *crc = (uint32_t)strtoul(digits + 1, NULL, 16);
     session_frame_name(*crc, frame);
     session_calibration_name(*crc, calibration);
-    return strcmp(name, frame) == 0 || strcmp(name, calibration) == 0;
+    session_zoom_calibration_name(*crc, zoom_calibration);
+    return strcmp(name, frame) == 0 || strcmp(name, calibration) == 0 ||
+           strcmp(name, zoom_calibration) == 0;
 }
 
 static bool contents_have_crc(int directory, const char *name, uint32_t crc) {

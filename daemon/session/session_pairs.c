@@ -44,6 +44,9 @@ int session_pairs_next(struct session_pairs *self, struct session_reader *reader
         if (event->kind == SESSION_CALIBRATION) {
             self->next_has_calibration = true;
             self->next_calibration_crc = event->crc32;
+        } else if (event->kind == SESSION_ZOOM_CALIBRATION) {
+            self->next_has_zoom_calibration = true;
+            self->next_zoom_calibration_crc = event->crc32;
         } else if (event->kind == SESSION_INSTRUMENT) {
             self->has_instrument = true;
             self->instrument = event->instrument;
@@ -54,6 +57,8 @@ int session_pairs_next(struct session_pairs *self, struct session_reader *reader
             self->pair = *event;
             self->has_calibration = self->next_has_calibration;
             self->calibration_crc = self->next_calibration_crc;
+            self->has_zoom_calibration = self->next_has_zoom_calibration;
+            self->zoom_calibration_crc = self->next_zoom_calibration_crc;
             self->count++;
             return 1;
         }

@@ -37,6 +37,8 @@ struct session_pairs {
     struct session_event pair;  // the last pair; its frames are not checked
     bool has_calibration;       // whether one was in force at that pair
     uint32_t calibration_crc;
+    bool has_zoom_calibration;  // whether the session has that of all zooms
+    uint32_t zoom_calibration_crc;
     uint32_t board_position;  // board's position, see SESSION_BOARD_POSITION; 0: none
     struct session_corner_noise corner_noise;
     bool has_instrument;  // the session records the instrument
@@ -46,6 +48,8 @@ struct session_pairs {
     struct session_event event;
     bool next_has_calibration;
     uint32_t next_calibration_crc;
+    bool next_has_zoom_calibration;
+    uint32_t next_zoom_calibration_crc;
 };
 
 /// Moves to the next pair: returns 1, or 0 at the end, where `pair` stays the last one. Errors of

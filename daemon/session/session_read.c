@@ -261,10 +261,8 @@ int session_reader_load(const struct session_reader *self, struct raw_image *ima
     return error;
 }
 
-int session_reader_calibration(const struct session_reader *self, uint32_t crc32, char *text,
-                               size_t capacity, struct message *message) {
-    char name[SESSION_NAME_MAX + 1];
-    session_calibration_name(crc32, name);
+static int read_text(const struct session_reader *self, const char *name, uint32_t crc32,
+                     char *text, size_t capacity, struct message *message) {
     FILE *stream = session_reader_file(self, name, message);
     if (stream == NULL) {
         return ERROR_MISSING;
@@ -273,6 +271,20 @@ int session_reader_calibration(const struct session_reader *self, uint32_t crc32
     const bool whole = fgetc(stream) == EOF && crc_update(0, text, length) == crc32;
     fclose(stream);
     return whole ? (int)length : damaged(self, name, message);
+}
+
+int session_reader_calibration(const struct session_reader *self, uint32_t crc32, char *text,
+                               size_t capacity, struct message *message) {
+    char name[SESSION_NAME_MAX + 1];
+    session_calibration_name(crc32, name);
+    return read_text(self, name, crc32, text, capacity, message);
+}
+
+int session_reader_zoom_calibration(const struct session_reader *self, uint32_t crc32, char *text,
+                                    size_t capacity, struct message *message) {
+    char name[SESSION_NAME_MAX + 1];
+    session_zoom_calibration_name(crc32, name);
+    return read_text(self, name, crc32, text, capacity, message);
 }
 
 void session_reader_close(struct session_reader *self) {

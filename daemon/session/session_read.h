@@ -55,6 +55,8 @@ int session_reader_check(const struct session_reader *self, const struct raw_ima
                          uint32_t crc32, struct message *message);
 
 /// Reads a calibration's text, at most `capacity` bytes. Returns its length, or errors as above.
+int session_reader_zoom_calibration(const struct session_reader *self, uint32_t crc32, char *text,
+                                    size_t capacity, struct message *message);
 int session_reader_calibration(const struct session_reader *self, uint32_t crc32, char *text,
                                size_t capacity, struct message *message);
 

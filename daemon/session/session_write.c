@@ -259,12 +259,9 @@ static int finish_part(struct session_writer *self, struct atomic_file *part, bo
     return atomic_file_end(part, written) ? 0 : fail(self, name, message);
 }
 
-int session_writer_calibration(struct session_writer *self, const char *text, size_t length,
-                               struct message *message) {
-    char name[SESSION_NAME_MAX + 1];
-    self->event.kind = SESSION_CALIBRATION;
-    self->event.crc32 = crc_update(0, text, length);
-    session_calibration_name(self->event.crc32, name);
+/// Writes a text under its `name`, and the event in `self->event` that refers to it.
+static int write_named(struct session_writer *self, const char *name, const char *text,
+                       size_t length, struct message *message) {
     if (!is_there(self, name)) {
         struct atomic_file part;
         if (!atomic_file_begin(&part, self->directory, name, SESSION_FILE_MODE)) {
@@ -277,6 +274,24 @@ int session_writer_calibration(struct session_writer *self, const char *text, si
         }
     }
     return append_event(self, message);
+}
+
+int session_writer_calibration(struct session_writer *self, const char *text, size_t length,
+                               struct message *message) {
+    char name[SESSION_NAME_MAX + 1];
+    self->event.kind = SESSION_CALIBRATION;
+    self->event.crc32 = crc_update(0, text, length);
+    session_calibration_name(self->event.crc32, name);
+    return write_named(self, name, text, length, message);
+}
+
+int session_writer_zoom_calibration(struct session_writer *self, const char *text, size_t length,
+                                    struct message *message) {
+    char name[SESSION_NAME_MAX + 1];
+    self->event.kind = SESSION_ZOOM_CALIBRATION;
+    self->event.crc32 = crc_update(0, text, length);
+    session_zoom_calibration_name(self->event.crc32, name);
+    return write_named(self, name, text, length, message);
 }
 
 /// Receives the bytes of a frame's file: computes their CRC, and optionally writes them.

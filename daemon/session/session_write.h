@@ -73,6 +73,10 @@ int session_writer_instrument(struct session_writer *self,
 int session_writer_calibration(struct session_writer *self, const char *text, size_t length,
                                struct message *message);
 
+/// Records the calibration of all zooms that calibrations come from here on.
+int session_writer_zoom_calibration(struct session_writer *self, const char *text, size_t length,
+                                    struct message *message);
+
 /// Records a command of a user. ERROR_RANGE if longer than SESSION_TEXT_MAX.
 int session_writer_command(struct session_writer *self, const char *text, struct message *message);
 

@@ -190,6 +190,7 @@ static bool is_from(const struct reconstruct_session *self, const struct zoom_ca
 }
 
 /// Sets the calibration of all zooms that the pair's calibration comes from, allocated; NULL: none.
+/// The request's, else the session's, else the saved one.
 static int find_zoom(struct reconstruct_session *self, const struct reconstruct_request *request,
                      struct message *message) {
     const char *name = request->calibration_path != NULL ? request->calibration_path : saved_name;
@@ -197,6 +198,11 @@ static int find_zoom(struct reconstruct_session *self, const struct reconstruct_
     if (request->rectified) {
         return ERROR_OK;
     }
+    if (self->zoom != NULL && is_from(self, self->zoom)) {
+        return ERROR_OK;
+    }
+    free(self->zoom);
+    self->zoom = NULL;
     if (request->calibration_path != NULL) {
         error = calibration_loader_zoom(name, &self->zoom, message);
     } else if (self->stored_text != NULL &&
@@ -369,12 +375,40 @@ static int load_images(const struct reconstruct_session *self, const struct sess
     return ERROR_OK;
 }
 
-/// Reads the session's calibration unless the request has one.
+/// Reads the calibration of all zooms that the session's calibrations come from.
+static int load_zoom(struct reconstruct_session *self, const struct session_reader *reader,
+                     uint32_t crc32, struct message *message) {
+    char file[SESSION_NAME_MAX + 1];
+    char *text = malloc(CALIBRATION_AT_TEXT_BYTES);
+    if (text == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", self->path);
+    }
+    session_zoom_calibration_name(crc32, file);
+    snprintf(self->calibration_name, sizeof self->calibration_name, "%s/%s", self->path, file);
+    const int length =
+        session_reader_zoom_calibration(reader, crc32, text, CALIBRATION_AT_TEXT_BYTES, message);
+    const int error = length < 0 ? length
+                                 : calibration_at_read_zoom(self->calibration_name, text,
+                                                            (size_t)length, &self->zoom, message);
+    free(text);
+    return error;
+}
+
+/// Reads the session's calibrations unless the request has one.
 static int load_calibration(struct reconstruct_session *self, const struct session_reader *reader,
                             const struct session_pairs *pairs,
                             const struct reconstruct_request *request, struct message *message) {
     char file[SESSION_NAME_MAX + 1];
-    if (!pairs->has_calibration || request->calibration_path != NULL || request->rectified) {
+    if (request->calibration_path != NULL || request->rectified) {
+        return ERROR_OK;
+    }
+    if (pairs->has_zoom_calibration) {
+        const int error = load_zoom(self, reader, pairs->zoom_calibration_crc, message);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+    if (!pairs->has_calibration) {
         return ERROR_OK;
     }
     session_calibration_name(pairs->calibration_crc, file);
@@ -484,6 +518,8 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     if (error != ERROR_OK) {
         pair_release(self->pair.pair.frame);
         pair_release(self->with_pair.frame);
+        free(self->zoom);
+        self->zoom = NULL;
         reconstruct_inputs_free(inputs);
         return error;
     }

@@ -9,7 +9,7 @@ class Session:
     def __init__(self, path, profile="two-cameras", instrument=None):
         path.mkdir()
         self.path, self.index, self.pairs = path, b"", 0
-        self.line(f"begin version={5 if instrument else 1} build=test profile={profile} "
+        self.line(f"begin version={6 if instrument else 1} build=test profile={profile} "
                   "date=2026-11-22T00:00:00Z")
         if instrument:
             self.line(f"instrument {instrument}")
@@ -26,6 +26,10 @@ class Session:
 
     def calibration(self, text):
         self.line("calibration file=" + self.file("calibration-{}.txt", text))
+
+    def zoom_calibration(self, text):
+        """The calibration of all zooms is in force from here on."""
+        self.line("zoom_calibration file=" + self.file("zoom-{}.txt", text))
 
     def pair(self, *images, layout="grey", size=None, axes=None, window=None):
         """`size`: the size stated in the index instead of the true one. `axes`: of each side, as in

@@ -58,6 +58,8 @@ TEST_CASE("all kinds of events are read back as written") {
     CHECK(session_writer_instrument(writer.get(), &instrument, &last_error) == 0);
     CHECK(session_writer_calibration(writer.get(), calibration.data(), calibration.size(),
                                      &last_error) == 0);
+    CHECK(session_writer_zoom_calibration(writer.get(), calibration.data(), calibration.size(),
+                                          &last_error) == 0);
     CHECK(session_writer_command(writer.get(), command.c_str(), &last_error) == 0);
     CHECK(session_writer_setting(writer.get(), "rig.key", "7", &last_error) == 0);
     CHECK(session_writer_registers(writer.get(), "FPGA bridge", 17, 0x20, values, 3, &last_error) ==
@@ -88,6 +90,12 @@ TEST_CASE("all kinds of events are read back as written") {
             static_cast<int>(calibration.size()));
     CHECK(std::string(text, calibration.size()) == calibration);
     CHECK(session_reader_calibration(&reader, event->crc32, text, 5, &last_error) == ERROR_CRC);
+    REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
+    CHECK(event->kind == SESSION_ZOOM_CALIBRATION);
+    CHECK(session_reader_zoom_calibration(&reader, event->crc32, text, sizeof text, &last_error) ==
+          static_cast<int>(calibration.size()));
+    CHECK(session_reader_zoom_calibration(&reader, event->crc32 + 1, text, sizeof text,
+                                          &last_error) == ERROR_MISSING);
     REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
     CHECK(event->kind == SESSION_COMMAND);
     CHECK(event->text == command);
@@ -309,13 +317,14 @@ TEST_CASE("lines are canonical: a line that would be printed differently is reje
     CHECK(parses("begin version=3 build=a profile= date=b"));
     CHECK(parses("command text=a%20b%25"));
     CHECK(parses("calibration file=0000abcd"));
+    CHECK(parses("zoom_calibration file=0000abcd"));
     CHECK(parses("registers at_us=0 part=a first=05 values=0000,ffff"));
     CHECK(parses("end"));
     for (const char *line :
          {"", "en", "end ", "command text=a b", "command text=%41", "command text=%2",
           "command text", "command text=%00", "calibration file=abcd", "calibration file=0000ABCD",
           "calibration file=100000000", "begin version=0 build=a profile= date=b",
-          "begin version=6 build=a profile= date=b",
+          "begin version=7 build=a profile= date=b",
           "registers at_us=00 part=a first=05 values=0000",
           "registers at_us=0 part=a first=05 values=0000,",
           "registers at_us=18446744073709551616 part=a first=05 values=0000", "pair number=1"}) {

@@ -64,6 +64,7 @@ class ZoomAdjust(unittest.TestCase):
         cls.zoom = cls.folder / "instrument.zoom"
         cls.zoom.write_bytes(TEXT)
         session = Session(cls.folder / "scene", "rig", INSTRUMENT)
+        session.zoom_calibration(TEXT)
 
         def pair(frames, zoom, extra_deg=0):
             session.pair(*frames, layout="grbg", axes=axes(zoom, extra_deg),
@@ -77,9 +78,9 @@ class ZoomAdjust(unittest.TestCase):
         session.end()
 
     def run_on(self, *options, calibration=None):
+        given = [] if calibration == "session" else ["--calibration", calibration or self.zoom]
         return subprocess.run(
-            [VERGENCE, "reconstruct", self.folder / "scene", "--calibration",
-             calibration or self.zoom, "--near", "1500", "--far", "2700", "--scale", "0.25", "--files",
+            [VERGENCE, "reconstruct", self.folder / "scene", *given, "--near", "1500", "--far", "2700", "--scale", "0.25", "--files",
              "result.json", "--out", self.folder / "out", *map(str, options)],
             capture_output=True, text=True, timeout=200)
 
@@ -124,6 +125,22 @@ class ZoomAdjust(unittest.TestCase):
             self.assertLess(both["depth_sigma_common_mm"],
                             (0.9 if folder == "wide" else 0.6) * alone["depth_sigma_common_mm"])
             self.assert_depth(both, depth_mm)
+
+    def test_the_session_itself_has_the_calibration(self):
+        options = ("--pair", 2, "--with-pair", 1, "--files", "result.json,points.pcd")
+        surfaces = []
+        for source in (None, "session"):
+            figures, done = self.figures(*options, calibration=source)
+            surfaces.append((figures["self_calibration"], figures["depth_mm"],
+                             (self.folder / "out/points.pcd").read_bytes()))
+            self.assertNotIn("--calibration", done.stderr)
+        self.assertEqual(*surfaces)
+        path, = (self.folder / "scene").glob("zoom-*.txt")
+        path.write_bytes(TEXT + b" ")
+        try:
+            self.refused(self.run_on(*options, calibration="session"), 3, path.name)
+        finally:
+            path.write_bytes(TEXT)
 
     def test_a_camera_that_turned_between_is_found(self):
         figures, done = self.figures("--pair", 3, "--with-pair", 1)

@@ -92,11 +92,11 @@ static int open_all(struct replay *self, int parent, const char *path, struct co
     memcpy(self->build, event->build, sizeof self->build);
     memcpy(self->profile, event->profile, sizeof self->profile);
     self->has_calls = fstatat(self->session.directory, SESSION_CALLS_NAME, &status, 0) == 0;
-    if (self->has_calls && event->version != SESSION_VERSION) {
+    if (self->has_calls && event->version < SESSION_VERSION_REPLAYED) {
         return message_set(message, ERROR_VERSION,
                            "%s: recorded in version %d of the format, but this build replays "
-                           "version %d (record it again, or replay it with build %s)",
-                           path, event->version, SESSION_VERSION, self->build);
+                           "versions from %d on (record it again, or replay it with build %s)",
+                           path, event->version, SESSION_VERSION_REPLAYED, self->build);
     }
     error = read_index(self, &settings, message);
     if (error == ERROR_OK && self->has_calls && config != NULL) {

@@ -88,6 +88,9 @@ class ZoomCalibration(DaemonTest):
         self.assertIn("axes_in_sigma yes\n", text)
         self.assertAlmostEqual(value(text, "left_zoom_counts"), 422, delta=3)
         self.assertAlmostEqual(value(text, "left_pan_deg"), aimed["left"], delta=0.05)
+        zoom, = glob.glob(os.path.join(self.files, "one", "zoom-*.txt"))
+        with open(zoom, "rb") as file:
+            self.assertEqual(file.read(), TEXT)
         wide_px = value(text, "left_focal_px")
         # A recording: each pair has its own, and the right one while it is reconstructed.
         works("record start r1")
