@@ -79,17 +79,30 @@ int commands_store_remove(const struct command_call *call, const char *name) {
     return run_access(call, &access);
 }
 
-int command_give(const struct command_call *call, const char *line,
-                 const struct command_reply *reply) {
-    struct daemon *daemon = daemon_of(call);
+static int give(const struct command_call *call, const struct command *table, size_t count,
+                const char *line, const struct command_reply *reply) {
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     const struct command *command = NULL;
-    const int error = command_parse(line, daemon->table, daemon->table_count, storage, values,
-                                    &command, call->message, call->message_bytes);
+    const int error = command_parse(line, table, count, storage, values, &command, call->message,
+                                    call->message_bytes);
     INVARIANT(error == ERROR_OK && command != NULL);
     struct command_call inner = *call;
     inner.values = values;
+    inner.line = line;
     inner.reply = reply;
-    return record_run(&daemon->record, command, &inner, line);
+    return record_run(&daemon_of(call)->record, command, &inner, line);
+}
+
+int command_give(const struct command_call *call, const char *line,
+                 const struct command_reply *reply) {
+    const struct daemon *daemon = daemon_of(call);
+    return give(call, daemon->table, daemon->table_count, line, reply);
+}
+
+int command_give_rig(const struct command_call *call, const char *line,
+                     const struct command_reply *reply) {
+    size_t count = 0;
+    const struct command *table = command_rig_table(&count);
+    return give(call, table, count, line, reply);
 }

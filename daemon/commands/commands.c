@@ -30,6 +30,9 @@ static void adapt(struct command *command) {
     } else if (strcmp(command->name, COMMANDS_BRINGUP) == 0) {
         command->run = commands_settings_bringup;
         command->flags |= COMMAND_UNRECORDED;  // it gives the rig's, and others
+    } else if (strcmp(command->name, COMMANDS_ZOOM) == 0) {
+        command->run = commands_zoom_run;
+        command->flags |= COMMAND_UNRECORDED;
     }
 }
 

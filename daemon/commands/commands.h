@@ -50,10 +50,18 @@ int commands_store_remove(const struct command_call *call, const char *name);
 int command_give(const struct command_call *call, const char *line,
                  const struct command_reply *reply);
 
+/// The same with the rig's own command, whatever the daemon makes of its name.
+int command_give_rig(const struct command_call *call, const char *line,
+                     const struct command_reply *reply);
+
 /// The rig's `bringup`; after success the cameras get the saved settings if the configuration has
 /// restore = yes, and the answer reports the outcome. 0, even if nothing was restored;
 /// ERROR_CANCELLED; or, if the instrument is no longer ready, its error with the call's message.
 int commands_settings_bringup(const struct command_call *call);
+
+/// The rig's `zoom`; with density=, fit= or distance= by the saved calibration of all zooms. The
+/// lenses move by the rig's own commands, which a recording contains.
+int commands_zoom_run(const struct command_call *call);
 
 /// Progress and cancellation of a TFTP transfer, as those of the call, which must outlive it.
 struct tftp_observer commands_observe_transfer(struct command_call *call);
@@ -94,6 +102,12 @@ int commands_calibration_of_pair(const struct command_call *call, struct capture
 /// saved, or one of a single state. The rig's thread only.
 struct zoom_calibration;
 int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom);
+
+/// The instrument's state as a pair taken now would have it, with the positions last read. The
+/// rig's thread only.
+struct calibration_match_state;
+void commands_calibration_now(const struct command_call *call,
+                              struct calibration_match_state *state);
 
 /// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
 /// of `status`, with the reason if not. The rig's thread only.

@@ -172,8 +172,8 @@ int commands_calibration_of_pair(const struct command_call *call, struct capture
     return ERROR_OK;
 }
 
-/// The state as a pair taken now would have it, with the positions last read.
-static void state_now(const struct command_call *call, struct calibration_match_state *state) {
+void commands_calibration_now(const struct command_call *call,
+                              struct calibration_match_state *state) {
     const struct rig *rig = call->rig;
     struct session_instrument instrument;
     struct pair pair;
@@ -249,7 +249,7 @@ static void put_match(const struct command_call *call, const struct calibration_
     struct calibration_match_state state;
     struct calibration calibration;
     struct message message;
-    state_now(call, &state);
+    commands_calibration_now(call, &state);
     int error = calibration_at_pair(STORE_CALIBRATION, text->data, text->length, &state,
                                     &calibration, &message);
     if (error == ERROR_OK) {
@@ -371,7 +371,7 @@ static int check_match(const struct command_call *call, const struct calibration
     if (error != ERROR_OK) {
         return error;
     }
-    state_now(call, &state);
+    commands_calibration_now(call, &state);
     const bool accepted = command_is_set(&call->values[ACCEPT]);
     error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
     if (error == ERROR_SIZE_MISMATCH) {
@@ -394,7 +394,7 @@ static int record_axes(const struct command_call *call, struct calibration *cali
     if (calibration->has_origin || call->rig->state != RIG_READY) {
         return ERROR_OK;
     }
-    state_now(call, &state);
+    commands_calibration_now(call, &state);
     calibration->has_origin = true;
     calibration->origin = state.origin;
     for (int side = 0; side < RIG_SIDES; side++) {

@@ -219,10 +219,7 @@ static int restore_cameras(const struct command_call *call) {
 }
 
 int commands_settings_bringup(const struct command_call *call) {
-    size_t count = 0;
-    const struct command *table = command_rig_table(&count);
-    const struct command *bringup = command_find(table, count, COMMANDS_BRINGUP);
-    const int error = record_run(&daemon_of(call)->record, bringup, call, COMMANDS_BRINGUP);
+    const int error = command_give_rig(call, COMMANDS_BRINGUP, call->reply);
     return error != ERROR_OK ? error : restore_cameras(call);
 }
 

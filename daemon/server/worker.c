@@ -173,6 +173,7 @@ static void run(struct worker *self, struct job *job) {
     const struct command_call call = {
         .rig = &self->daemon->rig,
         .values = job->values,
+        .line = job->line,
         .reply = &self->reply.items,
         .message = message,
         .message_bytes = sizeof message,

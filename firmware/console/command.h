@@ -110,8 +110,9 @@ struct command_call {
     const struct command_reply *reply;   ///< NULL: the answer is discarded
     char *message;                       ///< one line of text for an error, size below; "": not set
     size_t message_bytes;
-    void *context;  ///< context of the table's owner: files, sessions, configuration
-    void *job;      ///< the owner's record of this call
+    void *context;     ///< context of the table's owner: files, sessions, configuration
+    void *job;         ///< the owner's record of this call
+    const char *line;  ///< the call as it was entered; NULL: not known
 };
 
 /// Add items to the answer: see struct command_reply_operations.

@@ -38,6 +38,20 @@ int commands_selftest_run(const struct command_call *call);
 
 int commands_aim_pan(const struct command_call *call);
 
+/// Arguments of `zoom`. The rig's own command has no calibration, and refuses all but POSITION and
+/// side.
+enum commands_zoom_argument {
+    COMMANDS_ZOOM_POSITION,
+    COMMANDS_ZOOM_SIDE,
+    COMMANDS_ZOOM_DENSITY,
+    COMMANDS_ZOOM_FIT,
+    COMMANDS_ZOOM_DISTANCE,
+    COMMANDS_ZOOM_SHARP,
+    COMMANDS_ZOOM_PLAN,
+    COMMANDS_ZOOM_ARGUMENTS
+};
+#define COMMANDS_ZOOM "zoom"
+
 /// Show or move an axis. Arguments POSITION, side and those of the axis.
 int commands_axis_zoom(const struct command_call *call);
 int commands_axis_iris(const struct command_call *call);

@@ -144,33 +144,6 @@ static int target_of(const struct command_call *call, unsigned side, enum lens_a
 
 // ---- showing
 
-void commands_lens_meaning(const struct command_call *call, unsigned side, enum lens_axis axis,
-                           int32_t position) {
-    const struct rig *rig = call->rig;
-    double value = 0, wide_mm = 0;
-    if (axis == LENS_ZOOM) {
-        if (rig_optics_focal_length(rig, side, position, &value) == ERROR_OK &&
-            rig_optics_wide(rig, side, &wide_mm) == ERROR_OK) {
-            reply_number(call, "focal_length", value, 2, "mm");
-            reply_number(call, "magnification", value / wide_mm, 2, "x");
-        }
-    } else if (axis == LENS_FOCUS) {
-        if (rig_optics_distance_at(rig, side, position, &value) == ERROR_OK) {
-            commands_lens_distance(call, "distance", value);
-        }
-    } else if (rig_optics_f_number(rig, side, position, &value) == ERROR_OK) {
-        reply_number(call, "f_number", value, 2, "f/");
-    }
-}
-
-void commands_lens_distance(const struct command_call *call, const char *key, double distance_mm) {
-    if (isinf(distance_mm) || distance_mm > 1e6) {
-        reply_text(call, key, "infinity");
-    } else {
-        reply_number(call, key, distance_mm, 1, "mm");
-    }
-}
-
 /// Adds a note where a lens was sent to a target that it cannot approach from its side.
 static void put_play(const struct command_call *call, enum lens_axis axis, int32_t target) {
     const struct lens_axis_settings *settings = &call->rig->profile.lens.axis[axis];
@@ -245,6 +218,15 @@ int commands_axis_run(const struct command_call *call, enum lens_axis axis) {
 }
 
 int commands_axis_zoom(const struct command_call *call) {
+    for (int i = COMMANDS_ZOOM_DENSITY; i < COMMANDS_ZOOM_ARGUMENTS; i++) {
+        if (call->values[i].given) {
+            struct command_text sentence = commands_sentence(call);
+            command_text_add(&sentence,
+                             "zoom: only POSITION and side work here: the others need the saved "
+                             "calibration of all zooms, which this program does not have");
+            return ERROR_MISSING;
+        }
+    }
     return commands_axis_run(call, LENS_ZOOM);
 }
 

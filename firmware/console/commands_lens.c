@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command lens: what the positions of the lenses mean, and what was learned about them.
+#include <math.h>
+
 #include "console/commands.h"
 #include "console/lens_table_text.h"
 #include "core/error.h"
@@ -12,6 +14,35 @@ enum { VALUE_ACTION, VALUE_SIDE, VALUE_FOCUS, VALUE_IRIS, VALUE_OBJECT };
 enum { READINGS = 8 };
 
 static const double q4 = 16, us_per_s = 1e6;
+
+// ---- what a position means
+
+void commands_lens_meaning(const struct command_call *call, unsigned side, enum lens_axis axis,
+                           int32_t position) {
+    const struct rig *rig = call->rig;
+    double value = 0, wide_mm = 0;
+    if (axis == LENS_ZOOM) {
+        if (rig_optics_focal_length(rig, side, position, &value) == ERROR_OK &&
+            rig_optics_wide(rig, side, &wide_mm) == ERROR_OK) {
+            reply_number(call, "focal_length", value, 2, "mm");
+            reply_number(call, "magnification", value / wide_mm, 2, "x");
+        }
+    } else if (axis == LENS_FOCUS) {
+        if (rig_optics_distance_at(rig, side, position, &value) == ERROR_OK) {
+            commands_lens_distance(call, "distance", value);
+        }
+    } else if (rig_optics_f_number(rig, side, position, &value) == ERROR_OK) {
+        reply_number(call, "f_number", value, 2, "f/");
+    }
+}
+
+void commands_lens_distance(const struct command_call *call, const char *key, double distance_mm) {
+    if (isinf(distance_mm) || distance_mm > 1e6) {
+        reply_text(call, key, "infinity");
+    } else {
+        reply_number(call, key, distance_mm, 1, "mm");
+    }
+}
 
 // ---- status
 

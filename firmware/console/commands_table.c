@@ -49,9 +49,36 @@ static const struct command_argument pan_arguments[] = {
             "; without it position and limits are shown"                                           \
     }
 
+#define MM_VALUE(least, most) .kind = COMMAND_NUMBER, .unit = "mm", .min = (least), .max = (most)
+
+#define SHARP_OPTION(text)                                                    \
+    {                                                                         \
+        .name = "sharp", MM_VALUE(1, INFINITY), .count = 2, .separator = ':', \
+        .value_name = "NEAR:FAR", .help = text                                \
+    }
+
+// In the order of enum commands_zoom_argument.
 static const struct command_argument zoom_arguments[] = {
     POSITION_ARGUMENT(COMMANDS_ZOOM_UNITS, NULL, "magnification (5x) or focal length (40 mm)"),
     SIDE_OPTION,
+    {.name = "density",
+     .kind = COMMAND_NUMBER,
+     .unit = "px/mm^2",
+     .min = 1e-6,
+     .max = 1e6,
+     .help = "the zoom at which 1 mm^2 at the distance has so many px in each frame, at least"},
+    {.name = "fit",
+     MM_VALUE(1, 1e6),
+     .value_name = "WIDTH",
+     .help = "the zoom at which both cameras see this width at the distance"},
+    {.name = "distance",
+     MM_VALUE(100, 1e6),
+     .help = "for density and fit, from the middle between the cameras, which focus there too; "
+             "default: that of the last autofocus. Alone: what the present zoom is good for there"},
+    SHARP_OPTION("range to state the iris for; default: the range that the present iris has sharp"),
+    {.name = "plan",
+     .kind = COMMAND_FLAG,
+     .help = "with density or fit: states what it would give, moves nothing"},
 };
 
 static const struct command_argument focus_arguments[] = {
@@ -62,17 +89,9 @@ static const struct command_argument focus_arguments[] = {
 static const struct command_argument iris_arguments[] = {
     POSITION_ARGUMENT(COMMANDS_IRIS_UNITS, "learn", "f-number (f/8)"),
     SIDE_OPTION,
-    {.name = "sharp",
-     .kind = COMMAND_NUMBER,
-     .unit = "mm",
-     .min = 1,
-     .max = INFINITY,
-     .count = 2,
-     .separator = ':',
-     .value_name = "NEAR:FAR",
-     .help = "closes the iris as far as this range of distances from the lens needs at the present "
-             "zoom and focus, and no further: up to 1 px of blur at its ends, or until diffraction "
-             "blurs as much. The exposure follows"},
+    SHARP_OPTION("closes the iris as far as this range of distances from the lens needs at the "
+                 "present zoom and focus, and no further: up to 1 px of blur at its ends, or until "
+                 "diffraction blurs as much. The exposure follows"),
 };
 
 static const struct command_argument lens_arguments[] = {
@@ -269,8 +288,9 @@ static const struct command commands[] = {
      .run = commands_aim_pan},
     {.name = "zoom",
      .summary = "set or show the zoom",
-     .help = "Examples: zoom 5x; zoom 40 mm; zoom 540. Moves end from the same side, so that "
-             "backlash does not matter. Waits until the lens has arrived.",
+     .help = "Examples: zoom 5x; zoom 40 mm; zoom 540; zoom fit=360 distance=1800. Moves end from "
+             "the same side, so that backlash does not matter. Waits until the lens has arrived. "
+             "density and fit need a saved calibration of all zooms (\"calibration set FILE\").",
      .arguments = zoom_arguments,
      .argument_count = COUNT(zoom_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES | COMMAND_GROUP_MOVE | COMMAND_DAILY,

@@ -32,8 +32,8 @@ struct zoom_frames zoom_frames_of(const struct calibration_window window[2], int
     return frames;
 }
 
-static struct zoom_frames frames_or_whole(const struct zoom_calibration *calibration,
-                                          const struct zoom_frames *frames) {
+struct zoom_frames zoom_frames_or_whole(const struct zoom_calibration *calibration,
+                                        const struct zoom_frames *frames) {
     struct calibration_window whole[2] = {{0, 0, 1}, {0, 0, 1}};
     return frames != NULL && frames->skip > 0
                ? *frames
@@ -119,7 +119,7 @@ static double distance_from_baseline(const struct zoom_pair *pair, const double 
 int zoom_field_at(const struct zoom_calibration *calibration, const struct zoom_frames *frames,
                   const struct zoom_state *state, const double point_mm[3],
                   struct zoom_field *field) {
-    const struct zoom_frames shown = frames_or_whole(calibration, frames);
+    const struct zoom_frames shown = zoom_frames_or_whole(calibration, frames);
     struct zoom_pair pair;
     struct side_field seen[2];
     INVARIANT(calibration != NULL && point_mm != NULL);
@@ -152,7 +152,7 @@ int zoom_field_at(const struct zoom_calibration *calibration, const struct zoom_
 double zoom_field_centred(const struct zoom_calibration *calibration,
                           const struct zoom_frames *frames, const struct zoom_state *state,
                           const struct zoom_field *field) {
-    const struct zoom_frames shown = frames_or_whole(calibration, frames);
+    const struct zoom_frames shown = zoom_frames_or_whole(calibration, frames);
     struct zoom_pair pair;
     double whole_mm = INFINITY;
     zoom_pair_at(calibration->camera, state, &pair);
@@ -251,7 +251,7 @@ static double counts_for(const struct zoom_calibration *calibration,
 int zoom_for_wish(const struct zoom_calibration *calibration, const struct zoom_frames *frames,
                   const struct zoom_wish *wish, const double point_mm[3], struct zoom_state *state,
                   struct zoom_range *reach) {
-    const struct zoom_frames shown = frames_or_whole(calibration, frames);
+    const struct zoom_frames shown = zoom_frames_or_whole(calibration, frames);
     struct zoom_state found = *state;
     struct zoom_range both = {0, INFINITY}, counts[2];
     bool grows[2];
@@ -267,7 +267,8 @@ int zoom_for_wish(const struct zoom_calibration *calibration, const struct zoom_
         both.min = math_max(both.min, math_min(first, last));
         both.max = math_min(both.max, math_max(first, last));
     }
-    *reach = both;
+    // A camera that sees the point at no zoom offers nothing, whatever the other does.
+    *reach = both.max > 0 ? both : (struct zoom_range){0, 0};
     if (!(wish->value >= both.min && wish->value <= both.max)) {
         return ERROR_RANGE;
     }

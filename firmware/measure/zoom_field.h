@@ -25,6 +25,10 @@ struct zoom_frames {
 struct zoom_frames zoom_frames_of(const struct calibration_window window[2], int width_px,
                                   int height_px);
 
+/// The frames themselves, or whole sensors for NULL or frames of unknown place.
+struct zoom_frames zoom_frames_or_whole(const struct zoom_calibration *calibration,
+                                        const struct zoom_frames *frames);
+
 struct zoom_field {
     /// The largest rectangle with the point in its middle that both cameras see, by the row and the
     /// column of the point. 0: a camera does not see the point.
@@ -61,8 +65,8 @@ struct zoom_wish {
 
 /// Sets zoom and focus of both sides of `state` so that they meet a wish at a point, focused there;
 /// pan stays. Zooms are whole counts. ERROR_RANGE: the wish is beyond what the calibrated zooms
-/// reach (`*reach`: what they do reach, in the wish's unit; its max is 0 if the cameras do not see
-/// the point at any zoom), or the lenses do not focus so near (`*reach` has min > max). `state` is
+/// reach (`*reach`: what they do reach, in the wish's unit; 0 to 0 if a camera does not see the
+/// point at any zoom), or the lenses do not focus so near (`*reach` has min > max). `state` is
 /// unchanged on error.
 int zoom_for_wish(const struct zoom_calibration *calibration, const struct zoom_frames *frames,
                   const struct zoom_wish *wish, const double point_mm[3], struct zoom_state *state,

@@ -2,6 +2,7 @@
 """A calibration of all zooms on the daemon: each pair gets the calibration of its own axes, in memory
 and in its session; `aim` turns the cameras by it; axes outside its ranges are named."""
 import glob
+import math
 import os
 import re
 import subprocess
@@ -147,6 +148,74 @@ class ZoomCalibration(DaemonTest):
         with open(os.path.join(self.files, "cut.zoom"), "wb") as file:
             file.write(TEXT[:5000])
         refused("calibration set cut.zoom", "SYNTAX", "cut.zoom")
+
+    def test_zoom_by_density_and_width(self):
+        client = self.client()
+
+        def works(command):
+            answer = client.ask_json(command)
+            self.assertTrue(answer["ok"], (command, answer))
+            return answer["result"]
+
+        def refused(command, error, *words):
+            answer = client.ask_json(command)
+            self.assertEqual(answer["error"], error, (command, answer))
+            for word in words:
+                self.assertIn(word, answer["message"])
+
+        with open(os.path.join(self.files, "instrument.zoom"), "wb") as file:
+            file.write(TEXT)
+        works("bringup")
+        refused("zoom density=10 distance=1800", "MISSING", "calibration set")
+        works("calibration set instrument.zoom")
+        works("window 640 480")
+        refused("zoom density=10", "MISSING", "distance=MM", "autofocus")
+        refused("zoom density=10 fit=300 distance=1800", "ARGUMENT", "not both")
+        refused("zoom 5x density=10 distance=1800", "ARGUMENT", "POSITION")
+        refused("zoom fit=300 distance=1800 sharp=1900:1700", "ARGUMENT", "nearer")
+        # Cameras that look straight ahead see a thing in the middle in no small window.
+        refused("zoom density=10 distance=1800", "RANGE", "aim distance=1800")
+        works("aim distance=1800")
+        before = works("zoom")["left"]["position"]
+        planned = works("zoom density=10 distance=1800 sharp=1700:1900 plan=yes")
+        self.assertAlmostEqual(works("zoom")["left"]["position"], before, delta=2)  # it moved nothing
+        self.assertGreaterEqual(planned["density"], 10)
+        self.assertLess(planned["density"], 10.2)
+        self.assertIn("sharp", planned["iris"])
+        # What is reached follows from the readings, which are a count or so off.
+        reached = works("zoom density=10 distance=1800")
+        self.assertAlmostEqual(reached["density"], 10, delta=0.4)
+        for side in ("left", "right"):
+            shown = works("zoom")[side]["position"]
+            self.assertAlmostEqual(reached[side]["zoom"], shown, delta=2)
+            self.assertAlmostEqual(reached[side]["zoom"], planned[side]["zoom"], delta=3)
+            self.assertAlmostEqual(reached[side]["focus"], planned[side]["focus"], delta=3)
+        self.assertLess(reached["sharp_near"], 1800)
+        self.assertGreater(reached["sharp_far"], 1800)
+        self.assertLess(reached["point_error"], reached["common_error"])
+        # The square of the width that a density leaves is what the window's pixels make of it.
+        self.assertAlmostEqual(reached["width"] * math.sqrt(reached["density"]), 640, delta=30)
+        fitted = works("zoom fit=120 distance=1800")
+        self.assertAlmostEqual(fitted["width"], 120, delta=3)
+        self.assertEqual(works("zoom distance=1800")["factor"], fitted["factor"])
+        refused("zoom density=5000 distance=1800", "RANGE", "5000 px/mm^2", "1800 mm", "2.", "to 2")
+        refused("zoom fit=5000 distance=1800", "RANGE", "5000 mm", "to 4")
+        works("aim distance=700")
+        refused("zoom density=50 distance=700", "RANGE", "do not focus at 700 mm")
+        # A recording has the rig's own commands, and replays without a calibration.
+        works("aim distance=1800")
+        works("record start wished")
+        works("bringup")
+        works("window 640 480")
+        works("aim distance=1800")
+        works("zoom density=20 distance=1800")
+        works("zoom 5x")
+        works("record stop")
+        lines = [line for line in lines_of(os.path.join(self.files, "wished"))
+                 if line.startswith("command ")]
+        self.assertFalse([line for line in lines if "density" in line])
+        self.assertTrue([line for line in lines if "zoom%205x" in line])
+        self.assertEqual(works("replay wished")["same"], "yes")
 
 
 if __name__ == "__main__":

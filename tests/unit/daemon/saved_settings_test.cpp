@@ -138,7 +138,11 @@ TEST_CASE("what was learned about the lenses") {
         command_value values[COMMAND_ARGUMENTS_MAX];
         REQUIRE(command_parse(line.c_str(), table, count, storage, values, &found, said,
                               sizeof said) == ERROR_OK);
-        const command_call call = {&fresh, values, nullptr, said, sizeof said, nullptr, nullptr};
+        command_call call{};
+        call.rig = &fresh;
+        call.values = values;
+        call.message = said;
+        call.message_bytes = sizeof said;
         REQUIRE(command_run(found, &call) == ERROR_OK);
     }
     saved_settings_take(&fresh, &read);
