@@ -162,8 +162,15 @@ class Compare(unittest.TestCase):
         return json.loads(done.stdout)
 
     def test_a_measured_surface(self):
-        reported = self.reported("--object", "cylinder")["textured"]
-        print(reported)
+        whole = self.reported("--object", "cylinder")
+        reported, visible = whole["textured"], whole["visible"]
+        print(whole)
+        self.assertAlmostEqual(visible["measured_percent"] + sum(whole["holes"].values()), 100, delta=1e-6)
+        self.assertLess(visible["pixels"], whole["seen"]["pixels"])
+        self.assertLess(visible["fit"]["wrong_3px_percent"], 1)
+        self.assertAlmostEqual(whole["similarity"]["scale"], 1, delta=0.003)
+        self.assertLess(abs(whole["sigma"]["ratio_rms"] - 1.5), 1)
+        self.assertEqual(self.reported("--object", "cylinder", "--sharp", "100:200")["visible"]["pixels"], 0)
         self.assertGreater(reported["pixels"], 20000)
         self.assertGreater(reported["measured_percent"], 90)
         self.assertLess(reported["median_error_px"], 0.25)
@@ -181,6 +188,8 @@ class Compare(unittest.TestCase):
             self.assertAlmostEqual(seen["median_error_px"], abs(shift), delta=1e-3)
             self.assertAlmostEqual(seen["bias_px"], shift, delta=1e-3)
             self.assertEqual(seen["wrong_percent"], wrong)
+            self.assertAlmostEqual(seen["bias_mm"], -shift * seen["mm_per_px"], delta=0.1 * abs(shift) + 1e-2)
+            self.assertLess(seen["fit"]["median_error_px"], 0.3 * abs(shift) + 1e-3)
         holes = truth.copy()
         holes[:, ::2] = numpy.inf
         cv2.imwrite(str(self.result / "disparity.pfm"), holes)
@@ -201,15 +210,21 @@ class Compare(unittest.TestCase):
                    "--out", out, "--quiet")
         self.assertEqual(done.returncode, 0, done.stderr)
         done = run(SIMRIG / "compare", out, self.folder, "--json", "--object", "cylinder")
-        reported = json.loads(done.stdout)["textured"]
-        print(reported)
+        whole = json.loads(done.stdout)
+        reported = whole["textured"]
+        print(whole)
+        # A similarity takes it away, and reports it.
+        self.assertAlmostEqual(whole["similarity"]["scale"], 1 / 1.02, delta=0.003)
+        self.assertLess(reported["fit"]["median_error_px"], 0.25)
         self.assertGreater(reported["median_error_mm"], 0.015 * 1800)
         self.assertLess(reported["median_error_mm"], 0.025 * 1800)
 
     def test_what_is_refused(self):
         for words, code, word in ((["x"], 2, "--help"), ([self.folder, self.folder], 3, "result"),
                                   ([self.result, self.result], 3, "left.yaml"),
-                                  ([self.result, self.folder, "--object", "cat"], 3, "cylinder")):
+                                  ([self.result, self.folder, "--object", "cat"], 3, "cylinder"),
+                                  ([self.result, self.folder, "--sharp", "2:1"], 2, "NEAR:FAR"),
+                                  ([self.result, self.folder, "--sharp", "x"], 2, "NEAR:FAR")):
             done = run(SIMRIG / "compare", *words)
             self.assertEqual((done.returncode, done.stdout), (code, ""), words)
             self.assertIn(word, done.stderr)

@@ -58,7 +58,9 @@ class Truth(Bench):
 
     def take(self, columns=64, rows=48):
         self.board.arm(columns, rows)
-        self.assertEqual(self.board.frame()[5], 0)
+        frame = self.board.frame()
+        self.assertEqual(frame[5], 0)
+        return frame
 
     def layers(self, which, first_row=0, rows=48):
         answer = self.board.ask(TRUTH_ROWS, struct.pack("<BBHH", 0, which, first_row, rows))
@@ -95,6 +97,23 @@ class Truth(Bench):
         found = self.layers(DEPTH | NORMAL | OBJECT)
         self.assertTrue(numpy.array_equal(found[0], depth))
         self.compare(found, brute_force(camera, COLUMN + numpy.arange(64), ROW + numpy.arange(48)))
+
+    def test_an_earlier_frame_keeps_its_truth(self):
+        begin_us = self.take()[0]
+        (first,) = self.layers(DEPTH)
+        self.board.control("move ball -205 -10 100")
+        self.board.control("ring left zoom 500")
+        self.take()
+        (last,) = self.layers(DEPTH)
+        self.assertFalse(numpy.array_equal(first, last))
+        self.board.control(f"truth left before {begin_us + 100}")
+        self.board.control("truth left now 1e12")
+        before, now = ((self.folder / f"{name}.yaml").read_text() for name in ("before", "now"))
+        self.assertNotEqual(before, now)
+        self.board.control(f"truth left before {begin_us}")
+        numpy.testing.assert_array_equal(self.layers(DEPTH)[0], first)
+        self.take()
+        numpy.testing.assert_array_equal(self.layers(DEPTH)[0], last)
 
     def test_a_mirrored_frame_has_mirrored_truth(self):
         self.take()

@@ -2,6 +2,7 @@
 #include "tools/simrig/rig/scenery.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace simrig {
@@ -139,8 +140,24 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
     // Truth is requested later, when the parts have moved: their state is saved.
     const world::Mechanics then = mechanics(state(begin_us));
     asked.request.mechanics = [then](double) { return then; };
+    auto &remembered = remembered_[size_t(camera)];
+    remembered.emplace_back(begin_us, asked);
+    if (remembered.size() > kRemembered) {
+        remembered.pop_front();
+    }
     flip(pixels, frame);
     return pixels;
+}
+
+void Stage::recall(int camera, double begin_us) {
+    const auto &remembered = remembered_[size_t(camera)];
+    const auto nearest =
+        std::min_element(remembered.begin(), remembered.end(), [=](const auto &a, const auto &b) {
+            return std::fabs(a.first - begin_us) < std::fabs(b.first - begin_us);
+        });
+    if (nearest != remembered.end()) {
+        asked_[size_t(camera)] = nearest->second;
+    }
 }
 
 const Stage::Pictured *Stage::pictured(int camera) const {

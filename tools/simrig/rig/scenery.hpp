@@ -3,8 +3,10 @@
 #ifndef VERGENCE_SIMRIG_RIG_SCENERY_HPP
 #define VERGENCE_SIMRIG_RIG_SCENERY_HPP
 
+#include <deque>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "tools/simrig/render/frame.hpp"
 #include "tools/simrig/rig/rig.hpp"
@@ -37,6 +39,9 @@ class Stage {
         std::shared_ptr<const world::Scene> scene;
     };
     const Pictured *pictured(int camera) const;
+    /// From now on pictured() and truth() are of that frame of the last kRemembered whose begin is
+    /// nearest to begin_us, until the next frame.
+    void recall(int camera, double begin_us);
     /// Depth of what a part of the whole array sees with these positions, row by row; 0: nothing.
     std::vector<float> depth_mm(int camera, const world::Window &part,
                                 const world::Mechanics &mechanics) const;
@@ -74,6 +79,9 @@ class Stage {
     Light light_;
     std::array<bool, BRIDGE_CAMERAS> capped_{};
     std::array<Asked, BRIDGE_CAMERAS> asked_;
+    // Those before and with the last one, by begin: a search of focus or light takes some sixty.
+    static constexpr size_t kRemembered = 1000;
+    std::array<std::deque<std::pair<double, Asked>>, BRIDGE_CAMERAS> remembered_;
 };
 
 }  // namespace simrig

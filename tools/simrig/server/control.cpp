@@ -113,10 +113,13 @@ std::string ControlServer::help() {
            "scene NAME|FILE                     another scene from the next frame on\n"
            "move OBJECT X Y Z [RX RY RZ]        moves an object of the scene: mm and degrees, as\n"
            "                                    position_mm and turn_deg in the scene's file\n"
-           "truth left|right NAME               writes the last frame's truth to --files:\n"
-           "                                    NAME.pfm (depth in mm), NAME_normal.pfm, "
-           "NAME_object.pgm,\n"
-           "                                    NAME.yaml (the camera, and the objects' names)\n"
+           "truth left|right NAME [BEGIN_US]    writes the truth of the last frame, or of that "
+           "whose "
+           "begin is\n"
+           "                                    nearest, to --files: NAME.pfm (depth in mm),\n"
+           "                                    NAME_normal.pfm, NAME_object.pgm, NAME.yaml (the "
+           "camera, and\n"
+           "                                    the objects' names)\n"
            "view NAME                           writes what both cameras see now, and a drawing:\n"
            "                                    NAME_left.png, NAME_right.png, NAME_rig.svg\n"
            "light SHARE [SECONDS]               the scene's light, as a share of its file's; at "
@@ -325,8 +328,11 @@ world::Truth ControlServer::truth_of(int camera, int first_row, int rows) const 
 std::string ControlServer::truth(const Words &words) {
     const size_t side = side_at(words, 1);
     const std::string &name = word_at(words, 2, "a name for the files");
-    no_more_than(words, 3);
+    no_more_than(words, 4);
     const std::string path = place_for(files_, name);
+    if (words.size() == 4) {
+        stage_.recall(int(side), number_at(words, 3, "the begin of a frame", 0, 1e13));
+    }
     const world::Truth truth = truth_of(int(side), 0, pictured(int(side)).rows);
     world::write_depth_pfm(path + ".pfm", truth);
     world::write_normal_pfm(path + "_normal.pfm", truth);
