@@ -39,7 +39,12 @@ int run_reconstruct(int argc, char **argv) {
     return reconstruct_command_run(&program, argc, argv);
 }
 
+int run_measure(int argc, char **argv) {
+    return command_measure(argc, argv, run_reconstruct);
+}
+
 const client_command commands[] = {
+    {"measure", "make the surface of a measurement of an instrument", run_measure},
     {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
     {"calibrate", "calibrate a stereo pair from pictures of a board", command_calibrate},
     {"calibrate capture", "take the pictures for a calibration at all zooms", command_capture},

@@ -150,6 +150,8 @@ const struct command_argument reconstruct_arguments[] = {
      .help = "Print no summary, warnings or progress."},
 };
 // clang-format on
+const size_t reconstruct_argument_count =
+    sizeof reconstruct_arguments / sizeof reconstruct_arguments[0];
 
 static const struct option_page page = {
     .command = "vergence reconstruct",

@@ -49,6 +49,7 @@ struct reconstruct_request {
 /// console's command `reconstruct`, too.
 enum { RECONSTRUCT_SHARED = 14 };
 extern const struct command_argument reconstruct_arguments[];
+extern const size_t reconstruct_argument_count;
 
 /// The request with all defaults.
 struct reconstruct_request reconstruct_request_defaults(void);

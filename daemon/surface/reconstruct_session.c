@@ -510,6 +510,10 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     }
     if (error == ERROR_OK) {
         set_label(self);
+        if (self->captured == NULL &&
+            session_notes_read(self->parent, self->path, &self->notes, message) == 1) {
+            context->decisions = self->notes.steps;
+        }
         context->capture =
             (struct capture_info){self->label, &self->pair.pair,
                                   self->pair.has_instrument ? &self->pair.instrument : NULL};

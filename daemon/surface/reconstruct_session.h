@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "daemon/session/last_pair.h"
+#include "daemon/session/session_notes.h"
 #include "daemon/surface/reconstruct_inputs.h"
 
 #ifdef __cplusplus
@@ -44,6 +45,7 @@ struct reconstruct_session {
     struct zoom_calibration *zoom;  // zoom calibration that yields the calibration; NULL: none
     struct pair with_pair;          // the pair at another zoom
 
+    struct session_notes notes;                  // of the session's measurement, if it has one
     struct captured_pair pair;                   // what was read; the images went to the inputs
     char label[RECONSTRUCT_SESSION_NAME_BYTES];  // the session's name in results, without
                                                  // directories

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes a session directory as described in daemon/session/session.md."""
+import urllib.parse
 import zlib
 
 
@@ -55,3 +56,17 @@ class Session:
 
     def end(self):
         self.line("end")
+
+    def note(self, text):
+        """A comment to the console, as `measure` leaves them."""
+        self.line("command text=" + urllib.parse.quote(text, safe="!#$&'()*+,/:;<=>?@[]"))
+
+
+def add_notes(path, *texts):
+    """To a session that has ended, which is closed again."""
+    session = Session.__new__(Session)
+    session.path = path
+    session.index = (path / "session.index").read_bytes().rsplit(b"end ", 1)[0]
+    for text in texts:
+        session.note(text)
+    session.end()

@@ -12,7 +12,7 @@ import boards
 from calibrate_fixture import Fixture as Calibrating
 from pairs import Fixture as Reconstructing
 from pairs import run
-from recorded import Session
+from recorded import Session, add_notes
 
 RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
 
@@ -168,6 +168,43 @@ class Reconstruct(Reconstructing):
         search = ["--rectified", "--disparity", "0:48"]
         self.measured(session.path, "--pair", 1, *search)
         self.refused(f"{session.path}/frame-", session.path, *search)
+
+    def test_measure_makes_the_surface_that_the_instrument_made(self):
+        session = self.directory / "cylinder"
+        shutil.copytree(RECORDED / "cylinder_1x", session)
+        files = ["--files", "points.pcd,report.html"]
+
+        def measure(*options, code=0, words=()):
+            done = run("measure", session, *options, cwd=self.directory)
+            self.assertEqual(done.returncode, code, done.stderr)
+            if code != 0:
+                self.assertEqual(done.stderr.count("\n"), 1)
+                self.assertTrue(done.stderr.startswith(f"vergence measure: {session}: "), done.stderr)
+            for word in words:
+                self.assertIn(word, done.stderr)
+
+        measure(code=3, words=["was not taken by measure", "vergence reconstruct"])
+        add_notes(session, "# measure fit=900", "# measure step aim: it is <left> & far")
+        measure(code=3, words=["ended before its surface"])
+        add_notes(session, "# measure surface pair=1 near=1500.000 far=2100.000 scale=0.5 fill=yes")
+        done = run("reconstruct", session, "--near", 1500, "--far", 2100, "--scale", 0.5, "--fill", *files,
+                   "--out", self.directory / "plain")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        measure(*files)
+        made = self.directory / "cylinder-surface"
+        points = (made / "points.pcd").read_bytes()
+        self.assertEqual(points, (self.directory / "plain/points.pcd").read_bytes())
+        report = (made / "report.html").read_text(encoding="utf-8")
+        self.assertIn("Decisions", report)
+        self.assertIn("it is &lt;left&gt; &amp; far", report)
+        # Options replace the instrument's.
+        measure("--scale=0.25", *files, "--out", self.directory / "coarse")
+        self.assertLess(len((self.directory / "coarse/points.pcd").read_bytes()), len(points) / 2)
+        # A later measurement in the same recording counts; what no instrument writes is not obeyed.
+        for words in ("pair=1 out=elsewhere", "pair=1 debug=elsewhere", "depth=3"):
+            add_notes(session, "# measure fit=1", f"# measure surface {words}")
+            measure(code=3, words=["another version", words])
+            self.assertFalse((self.directory / "elsewhere").exists())
 
     def test_a_session_that_was_cut_off_reports_so(self):
         session = Session(self.directory / "session")

@@ -115,6 +115,18 @@ class Examples(UserTest):
         self.write_images()
         self.run_all(page_of(VERGENCE, "reconstruct"))
 
+    def test_measure(self):
+        self.write_images()
+        session = Session(self.place("cylinder"))
+        session.calibration(self.place("rig.txt").read_bytes())
+        images = [cv2.imread(str(self.place(f"{side}.png")), cv2.IMREAD_GRAYSCALE)
+                  for side in ("left", "right")]
+        session.pair(*images)
+        session.note("# measure fit=300")
+        session.note("# measure surface pair=1")
+        session.end()
+        self.run_all(page_of(VERGENCE, "measure"))
+
     def test_calibrate(self):
         made = boards.pairs(poses=boards.POSES[:8])
         boards.write(self.place("pictures"), made)

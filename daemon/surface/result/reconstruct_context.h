@@ -65,6 +65,7 @@ struct reconstruct_context {
 
     const char *left_path, *right_path;
     struct capture_info capture;     // its `session` is NULL for images from elsewhere
+    const char *decisions;           // of `measure`, which took the pair, a line each; NULL: none
     const char *calibration_path;    // NULL: not given (--rectified)
     const char *calibration_format;  // e.g. "vergence", "OpenCV", "assumed"; never NULL
     const char *ground_truth_path;   // NULL: not given

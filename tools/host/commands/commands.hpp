@@ -52,6 +52,10 @@ int command_evaluate(int argc, char **argv);
 /// `vergence info`: explains a calibration, a result or a session.
 int command_info(int argc, char **argv);
 
+/// `vergence measure`: the surface of a session that an instrument's `measure` took, by
+/// `vergence reconstruct`, which is passed.
+int command_measure(int argc, char **argv, int (*reconstruct)(int argc, char **argv));
+
 /// `vergence simulate`: executes the simulated rig, if it was built.
 int command_simulate(int argc, char **argv);
 

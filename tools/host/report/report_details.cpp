@@ -2,6 +2,7 @@
 // The tables at the end of the page.
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "tools/host/formats/report_text.hpp"
 #include "tools/host/page/page.hpp"
@@ -124,6 +125,18 @@ std::string capture_table(const reconstruct_context &context) {
     return rows.empty() ? rows : page_table("Capture", {}, rows);
 }
 
+/// What `measure` decided before it took the pair, and why: "aim: the subject is ...".
+std::string decision_table(const reconstruct_context &context) {
+    std::istringstream lines(context.decisions != nullptr ? context.decisions : "");
+    std::string rows;
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t colon = std::min(line.find(": "), line.size());
+        rows += page_row(report_text_escape(line.substr(0, colon)),
+                         report_text_escape(line.substr(std::min(colon + 2, line.size()))));
+    }
+    return rows.empty() ? rows : page_table("Decisions", {}, rows);
+}
+
 std::string cost_table(const reconstruct_context &context, const report_figures &figures) {
     std::string rows;
     const std::uint64_t *stage_us = context.result->stage_us;
@@ -151,6 +164,6 @@ std::string cost_table(const reconstruct_context &context, const report_figures 
 
 std::string report_sections_details(const reconstruct_context &context,
                                     const report_figures &figures) {
-    return capture_table(context) + geometry_table(context, figures) +
+    return decision_table(context) + capture_table(context) + geometry_table(context, figures) +
            calibration_table(context, figures) + cost_table(context, figures);
 }
