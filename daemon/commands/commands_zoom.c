@@ -10,6 +10,7 @@
 #include "core/math.h"
 #include "daemon/commands/commands.h"
 #include "daemon/session/calibration_at.h"
+#include "measure/zoom_expect.h"
 #include "measure/zoom_forecast.h"
 #include "rig/rig_optics.h"
 #include "stereo/zoom/zoom_aim.h"
@@ -184,6 +185,52 @@ static void put_iris(const struct command_call *call, const struct depth_iris *i
     }
 }
 
+/// What pairs would make of the error that all points share; on the disk writer's thread, as it
+/// takes its time.
+struct expectation {
+    const struct zoom_query *query;
+    struct zoom_expect expect;
+    int error;
+};
+
+static void expect(void *cookie) {
+    struct expectation *self = cookie;
+    const struct zoom_query *query = self->query;
+    const struct command_value *sharp = &query->call->values[COMMANDS_ZOOM_SHARP];
+    struct zoom_expect_request request = {.state = query->state};
+    struct zoom_state other;
+    struct arena arena;
+    void *memory = malloc(zoom_expect_need_bytes());
+    arena_init(&arena, memory, memory == NULL ? 0 : zoom_expect_need_bytes());
+    memcpy(request.point_mm, query->point_mm, sizeof request.point_mm);
+    request.near_mm = sharp->given ? sharp->numbers[0] : 0;
+    request.far_mm = sharp->given && isfinite(sharp->numbers[1]) ? sharp->numbers[1] : 0;
+    zoom_expect_complete(query->calibration, &request, &other);
+    self->error =
+        zoom_expect_at(query->calibration, &query->frames, &request, &arena, &self->expect);
+    free(memory);
+}
+
+static void put_expected(const struct zoom_query *self, double before_mm) {
+    const struct command_call *call = self->call;
+    struct expectation expected = {.query = self};
+    disk_writer_run(&daemon_of(call)->disk_writer, expect, &expected);
+    const struct {
+        const char *key;
+        double sigma_mm;
+    } shown[] = {{"unadjusted", before_mm},
+                 {"pair", expected.expect.alone_mm},
+                 {"other_zoom", expected.expect.other_mm},
+                 {"board", expected.expect.board_mm}};
+    reply_group_begin(call, "common_error", false);
+    for (unsigned i = 0; i < (expected.error == ERROR_OK ? 4 : 1); i++) {
+        if (shown[i].sigma_mm >= 0) {
+            reply_number(call, shown[i].key, shown[i].sigma_mm, 2, "mm");
+        }
+    }
+    reply_group_end(call);
+}
+
 static void put_forecast(const struct zoom_query *self, const struct zoom_forecast *forecast) {
     static const char *const limits[] = {
         [ZOOM_FORECAST_PIXELS] = "the error of a point: a longer focal length would reduce it",
@@ -218,7 +265,7 @@ static void put_forecast(const struct zoom_query *self, const struct zoom_foreca
         put_iris(call, &forecast->iris);
     }
     reply_number(call, "point_error", forecast->point_mm, 3, "mm");
-    reply_number(call, "common_error", forecast->common_mm, 2, "mm");
+    put_expected(self, forecast->common_mm);
     reply_text(call, "limit", limits[forecast->limit]);
 }
 

@@ -91,5 +91,12 @@ void measure_text_add_result(struct command_text *text, const struct measure_res
     add_losses(text, result->losses);
     if (result->advice != MEASURE_ADVICE_NOTHING) {
         command_text_join(text, "; better: ", measure_advice_text(result->advice));
+        if (result->advised_mm > 0) {
+            command_text_add(text, ": ");
+            add_figure(text, result->common_mm);
+            command_text_add(text, " -> ");
+            add_figure(text, result->advised_mm);
+            command_text_add(text, " mm");
+        }
     }
 }

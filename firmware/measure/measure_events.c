@@ -277,6 +277,19 @@ static enum measure_advice advice_for(const struct measure *self) {
     return MEASURE_ADVICE_NOTHING;
 }
 
+// What is advised against the common error, and what it is worth; nothing if that is little.
+static void advise(struct measure *self, const struct measure_event *event) {
+    struct measure_result *result = &self->result;
+    result->advice = advice_for(self);
+    result->advised_mm = result->advice == MEASURE_ADVICE_BOARD         ? event->surface.board_mm
+                         : result->advice == MEASURE_ADVICE_SECOND_ZOOM ? event->surface.other_mm
+                                                                        : 0;
+    if (result->advised_mm > MEASURE_ADVICE_GAIN * result->common_mm) {
+        result->advice = MEASURE_ADVICE_NOTHING;
+        result->advised_mm = 0;
+    }
+}
+
 static enum measure_outcome take_surface(struct measure *self, const struct measure_event *event) {
     struct measure_result *result = &self->result;
     if (event->error != ERROR_OK) {
@@ -298,7 +311,7 @@ static enum measure_outcome take_surface(struct measure *self, const struct meas
     result->sigma_mm = event->surface.sigma_mm;
     result->common_mm = event->surface.common_mm;
     result->share = event->surface.share;
-    result->advice = advice_for(self);
+    advise(self, event);
     return MEASURE_DONE;
 }
 

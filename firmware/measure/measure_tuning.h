@@ -49,6 +49,22 @@ enum { MEASURE_BRACKET_FRAMES = 4, MEASURE_AVERAGE_FRAMES = 8 };
 /// Focal length of the pair at another zoom, times the smallest.
 #define MEASURE_OTHER_FACTOR 3.0
 
+/// Points that the pictures of a pair usually have in common and the standard deviation of one
+/// coordinate, px; of those of the narrower of two pairs, the part that the wider one shows too,
+/// and by how much they are noisier there: calib/zoom/RESULTS.md, rendered pairs. For what is
+/// expected of a pair before it is taken.
+enum { MEASURE_MATCHES = 450, MEASURE_MATCHES_MAX = 1024 };
+#define MEASURE_MATCH_PX 0.065
+#define MEASURE_CARRIED_PART 0.6
+#define MEASURE_CARRIED_NOISE 1.4
+/// Corners of the board of the demo, whose squares have so many mm, and the standard deviation of
+/// one coordinate of a corner, px.
+enum { MEASURE_BOARD_COLUMNS = 10, MEASURE_BOARD_ROWS = 7 };
+#define MEASURE_BOARD_SQUARE_MM 24.0
+#define MEASURE_CORNER_PX 0.05
+/// What is advised must reduce the common error to this part of it at least.
+#define MEASURE_ADVICE_GAIN 0.8
+
 /// A distance to look at where none is known, mm.
 #define MEASURE_ANY_DISTANCE_MM 2000.0
 

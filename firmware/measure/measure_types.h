@@ -210,6 +210,9 @@ struct measure_event {
         double sigma_mm;   ///< median of the points
         double common_mm;  ///< that all points share; < 0: not known
         double share;      ///< of the pixels, 0 .. 1
+        /// `common_mm` as expected with a pair at another zoom, or with a board in view
+        /// (zoom_expect_at); <= 0: not known.
+        double other_mm, board_mm;
     } surface;
 };
 
@@ -243,6 +246,7 @@ struct measure_result {
     double density_per_mm2, width_mm;             ///< by the positions read; 0: not known
     double sharp_near_mm, sharp_far_mm;           ///< 0 0: not known
     enum measure_advice advice;
+    double advised_mm;  ///< the common error with what is advised; <= 0: not known
 };
 
 /// A measurement. The caller owns it, and reads only `result`.

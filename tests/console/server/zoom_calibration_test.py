@@ -192,7 +192,11 @@ class ZoomCalibration(DaemonTest):
             self.assertAlmostEqual(reached[side]["focus"], planned[side]["focus"], delta=3)
         self.assertLess(reached["sharp_near"], 1800)
         self.assertGreater(reached["sharp_far"], 1800)
-        self.assertLess(reached["point_error"], reached["common_error"])
+        common = reached["common_error"]
+        self.assertLess(common["pair"], common["unadjusted"])
+        self.assertLess(common["other_zoom"], common["pair"])
+        self.assertLess(common["board"], 0.5 * common["pair"])
+        self.assertLess(reached["point_error"], common["board"])
         # The square of the width that a density leaves is what the window's pixels make of it.
         self.assertAlmostEqual(reached["width"] * math.sqrt(reached["density"]), 640, delta=30)
         fitted = works("zoom fit=120 distance=1800")

@@ -84,6 +84,11 @@ TEST_CASE("quick at 1x takes one look") {
     CHECK(result.with_pair == 0);
     CHECK(lost(result, MEASURE_LOSS_ONE_ZOOM));
     CHECK(result.advice == MEASURE_ADVICE_SECOND_ZOOM);
+    CHECK(result.advised_mm == world.other_mm);
+    World other(1);
+    other.other_mm = 17;  // of 20: not worth another look
+    CHECK(run(other, wish(MEASURE_WISH_ZOOM, 1, true), whole_rig()).advice ==
+          MEASURE_ADVICE_NOTHING);
     CHECK(world.pairs == 1);
     const std::vector<measure_phase> expected = {MEASURE_BRINGUP, MEASURE_AHEAD, MEASURE_ZOOM,
                                                  MEASURE_FOCUS,   MEASURE_LIGHT, MEASURE_PAIR,
@@ -243,7 +248,7 @@ TEST_CASE("a plan is a measurement that goes as expected") {
 
 TEST_CASE("steps and results in words") {
     World world(11);
-    const measure_result result = run(world, wish(MEASURE_WISH_FIT, 360), whole_rig());
+    measure_result result = run(world, wish(MEASURE_WISH_FIT, 360), whole_rig());
     char bytes[400];
     for (const measure_step &step : world.steps) {
         command_text text = command_text_begin(bytes, sizeof bytes);
@@ -255,6 +260,12 @@ TEST_CASE("steps and results in words") {
     measure_text_add_result(&text, &result);
     CHECK(std::string(bytes) ==
           "points good to 1 mm at 1800 mm, all depths together to 1.5 mm, of 90 % of the view");
+    result.advice = MEASURE_ADVICE_BOARD;
+    result.common_mm = 3.1;
+    result.advised_mm = 0.8;
+    text = command_text_begin(bytes, sizeof bytes);
+    measure_text_add_result(&text, &result);
+    CHECK(std::string(bytes).find("into the view: 3.1 -> 0.8 mm") != std::string::npos);
     for (int why = 0; why < MEASURE_WHYS; why++) {
         const std::string template_text = measure_why_text(static_cast<measure_why>(why));
         CHECK(std::count(template_text.begin(), template_text.end(), '#') <= MEASURE_NUMBERS);

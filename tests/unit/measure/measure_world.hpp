@@ -46,6 +46,7 @@ class World {
     /// Part of full light that the longest exposure, largest gain and f/4 would be too much by.
     double light = 50;
     double dark_part = 0;
+    double other_mm = 1.5;  // expected with a pair at another zoom
     bool surface_shows = true;
     int pairs = 0, pairs_at_aim = 0;
     double zoom[2], focus[2], pan[2] = {0.1, -0.05};  // where they are
@@ -72,8 +73,13 @@ class World {
         event.f_number = f_number;
         pairs += step.kind == MEASURE_STEP_PAIR;
         event.pair = {static_cast<uint32_t>(pairs), step.bracket > 0 ? 0 : dark_part};
-        event.surface = {step.with_pair != 0, subject_mm[2], 1, step.with_pair != 0 ? 1.5 : 20,
-                         0.9};
+        event.surface = {step.with_pair != 0,
+                         subject_mm[2],
+                         1,
+                         step.with_pair != 0 ? 1.5 : 20,
+                         0.9,
+                         other_mm,
+                         0.8};
         look(step, event);
         for (int side = 0; side < 2; side++) {
             event.axes.side[side].zoom_counts = zoom[side] + normal(random, drift_counts);

@@ -8,7 +8,9 @@
 #include <cstring>
 #include <vector>
 
+#include "measure/zoom_expect.h"
 #include "random_rig.hpp"
+#include "stereo/zoom/zoom_aim.h"
 #include "synthetic/seed.hpp"
 #include "synthetic/zoom_rig.hpp"
 
@@ -163,12 +165,43 @@ TEST_CASE("the derivatives of a projection are those of small corrections") {
     }
 }
 
+// What was expected beforehand of a pair like that, mm at 1800 mm.
+zoom_expect expected(const zoom_calibration &calibration, const zoom_state &state,
+                     const zoom_state *other, int matches, double match_px, int columns, int rows,
+                     double square_mm) {
+    zoom_expect_request request = {};
+    request.state = state;
+    request.other = other;
+    zoom_point_ahead(&calibration, 1800, 0, request.point_mm);
+    request.near_mm = 1650;
+    request.far_mm = 1950;
+    request.matches = matches;
+    request.match_px = match_px;
+    request.columns = columns;
+    request.rows = rows;
+    request.square_mm = square_mm;
+    Memory memory(zoom_expect_need_bytes());
+    zoom_expect expect;
+    REQUIRE(zoom_expect_at(&calibration, nullptr, &request, &memory.pool, &expect) == ERROR_OK);
+    return expect;
+}
+
+// Points, and where the board is, are other ones.
+void check_near(double expected_mm, double sigma_mm) {
+    CAPTURE(sigma_mm);
+    CHECK(expected_mm > 0.7 * sigma_mm);
+    CHECK(expected_mm < 1.4 * sigma_mm);
+}
+
 TEST_CASE("a pair brings rows together, and its error agrees with the predicted sigma") {
     Random random(synthetic::test_seed());
     const auto calibration = zoom_rig::calibration();
     const int draws = synthetic::rounds(60, 3);
     for (const double zoom : {300.0, 422.0, 850.0}) {
         const zoom_state state = zoom_rig::state(zoom, 1800);
+        const zoom_expect expect = expected(*calibration, state, nullptr, 300, 0.1, 0, 0, 0);
+        CHECK(expect.other_mm < 0);
+        CHECK(expect.board_mm < 0);
         double square = 0, before = 0, after = 0;
         for (int draw = 0; draw < draws; draw++) {
             Memory memory(adjustment_need_bytes(1));
@@ -188,6 +221,8 @@ TEST_CASE("a pair brings rows together, and its error agrees with the predicted 
             REQUIRE(adjustment_depth_gradient(&adjustment, 0, centre, 1800, gradient));
             const double sigma = adjust_posterior_sigma(&adjustment, gradient);
             CHECK(sigma <= adjust_prior_sigma(&adjustment, gradient) * 1.0001);
+            const double scale = 1800 * calibration->scale_sigma;
+            check_near(expect.alone_mm, std::hypot(sigma, scale));
             const double error = depth_error(truth, adjustment.view);
             square += error * error / (sigma * sigma) / draws;
             before += error_before * error_before / draws;
@@ -307,6 +342,8 @@ TEST_CASE("a known length in view gives the depth, as well as predicted") {
     for (const Case &one : {Case{300, 10, 7, 24, 3.3}, Case{422, 10, 7, 24, 2.9},
                             Case{840, 5, 4, 20, 2.0}, Case{422, 2, 1, 200, 8}}) {
         const zoom_state state = zoom_rig::state(one.zoom, 1800);
+        const zoom_expect expect =
+            expected(*calibration, state, nullptr, 300, 0.1, one.columns, one.rows, one.square_mm);
         double square = 0, error2 = 0;
         for (int draw = 0; draw < draws; draw++) {
             Memory memory(adjustment_need_bytes(1));
@@ -323,6 +360,8 @@ TEST_CASE("a known length in view gives the depth, as well as predicted") {
             double gradient[ADJUST_TERMS_MAX];
             REQUIRE(adjustment_depth_gradient(&adjustment, 0, centre, 1800, gradient));
             const double sigma = adjust_posterior_sigma(&adjustment, gradient);
+            const double scale = 1800 * calibration->scale_sigma;
+            check_near(expect.board_mm, std::hypot(sigma, scale));
             const double error = depth_error(truth, adjustment.view);
             square += error * error / (sigma * sigma) / draws;
             error2 += error * error / draws;
@@ -397,6 +436,9 @@ TEST_CASE("a wide and a tele pair show where the rings are, and carries pan from
     const auto calibration = zoom_rig::calibration();
     const int draws = synthetic::rounds(30, 2);
     double error2[2] = {}, focal2[2] = {}, square = 0;
+    const zoom_state wide = zoom_rig::state(320, 1800);
+    const zoom_expect expect =
+        expected(*calibration, zoom_rig::state(830, 1800), &wide, 300, 0.05, 0, 0, 0);
     for (int draw = 0; draw < draws; draw++) {
         const zoom_state claimed[2] = {zoom_rig::state(320, 1800), zoom_rig::state(830, 1800)};
         double drift[2][2], pan[2];
@@ -456,6 +498,7 @@ TEST_CASE("a wide and a tele pair show where the rings are, and carries pan from
         REQUIRE(adjustment_depth_gradient(&adjustment, 1, centre, 1800, gradient));
         const double error = depth_error(truth[1], adjustment.view + 2);
         const double sigma = adjust_posterior_sigma(&adjustment, gradient);
+        check_near(expect.other_mm, std::hypot(sigma, 1800 * calibration->scale_sigma));
         square += error * error / (sigma * sigma) / draws;
     }
     if (draws >= 30) {
