@@ -160,7 +160,7 @@ static int print_page(const char *name, char *form, const struct client_command 
     char copy[CLIENT_NAME_MAX];
     if (strcmp(name, CLIENT_HELP_CONNECT) == 0) {
         char *remote_argv[] = {connect, connect, form, NULL};
-        return remote_main(3, remote_argv);
+        return remote_main(3, remote_argv, NULL);
     }
     const struct client_command *command = find_command(name, commands, command_count);
     if (command == NULL) {
@@ -220,6 +220,16 @@ static bool connects_later(int argc, char **argv) {
     return false;
 }
 
+/// The client's own `measure`, for `--connect`; NULL: it has none.
+static int (*own_measure(const struct client_command *commands, int command_count))(int, char **) {
+    for (int i = 0; i < command_count; i++) {
+        if (strcmp("measure", commands[i].name) == 0) {
+            return commands[i].run;
+        }
+    }
+    return NULL;
+}
+
 static int dispatch(int argc, char **argv, const struct client_command *commands,
                     int command_count) {
     if (argc < 2) {
@@ -235,7 +245,7 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
         return CLIENT_OK;
     }
     if (strncmp(argv[1], "--connect", 9) == 0) {
-        return remote_main(argc, argv);
+        return remote_main(argc, argv, own_measure(commands, command_count));
     }
     if (argv[1][0] == '-' && connects_later(argc, argv)) {
         fprintf(stderr,

@@ -100,15 +100,27 @@ static int give_up(struct message *message) {
     return message_set(message, ERROR_CANCELLED, "interrupted");
 }
 
+/// A decision of `measure` ("aim: the subject is ...") stays on the screen above the progress.
+static void keep_step(struct remote *self, const char *what) {
+    if (self->shows_steps && strstr(what, ": ") != NULL && strcmp(what, self->step) != 0 &&
+        isatty(STDERR_FILENO) != 0) {
+        remote_progress(self, "", 0, 0);
+        printable_print(stderr, what);
+        fputc('\n', stderr);
+        snprintf(self->step, sizeof self->step, "%s", what);
+    }
+}
+
 bool remote_show_progress(struct remote *self, const char *text) {
     if (strncmp(text, "... ", 4) != 0) {
         return false;
     }
-    char what[64];
+    char what[REMOTE_STEP_BYTES];
     const char *blank = strrchr(text, ' ');
     const char *slash = strrchr(text, '/');
     if (blank > text + 3 && slash != NULL && slash > blank) {
         snprintf(what, sizeof what, "%.*s", (int)(blank - text - 4), text + 4);
+        keep_step(self, what);
         remote_progress(self, what, strtoull(blank + 1, NULL, 10), strtoull(slash + 1, NULL, 10));
     }
     return true;

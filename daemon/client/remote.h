@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "console/command_words.h"
 #include "daemon/base/json.h"
 #include "daemon/client/remote_line.h"
 
@@ -17,6 +18,7 @@ extern "C" {
 enum {
     REMOTE_REQUEST_BYTES = 640,
     REMOTE_WRITTEN_BYTES = 4096,
+    REMOTE_STEP_BYTES = 160,
     REMOTE_EXIT_ERR = 1,
     REMOTE_EXIT_LINE = 3
 };
@@ -31,7 +33,11 @@ struct remote {
     struct cJSON *answer;    ///< answer to the last remote_call; freed with the connection
     bool interrupted;        ///< Ctrl-C was pressed: the command is cancelled, no new one starts
     bool refused;            ///< the instrument answered ERR to the last remote_call
-    bool over;               ///< "quit" was sent: no more commands can follow
+    int (*measure)(int argc, char **argv);  ///< the client's own `measure`; NULL: it has none
+    int measure_exit;                       ///< its exit code, after remote_measure
+    bool shows_steps;                       ///< progress with a reason is kept on the screen
+    char step[REMOTE_STEP_BYTES];           ///< the last one shown
+    bool over;                              ///< "quit" was sent: no more commands can follow
     /// Another descriptor to watch while waiting for an answer, and its handler; -1, NULL: none.
     int extra_fd;
     void (*service)(struct remote *self);
@@ -75,8 +81,9 @@ bool remote_is_address(const char *word);
 /// names all sockets tried, and leaves the cause for the last one in errno.
 int remote_open_default(struct remote_line *line, struct message *message);
 
-/// Runs the command line `vergence --connect ...`; returns the process's exit code.
-int remote_main(int argc, char **argv);
+/// Runs the command line `vergence --connect ...`; returns the process's exit code. `measure`: the
+/// client's own command `measure SESSION`; NULL: it has none.
+int remote_main(int argc, char **argv, int (*measure)(int argc, char **argv));
 
 /// Sends a command and passes each line of the answer to `show`; waits for its end without a limit.
 /// Over a serial line only lines that arrived undamaged are shown; a command that arrived damaged,
@@ -122,11 +129,18 @@ int remote_fetch(struct remote *self, const char *name, const char *local,
                  struct remote_written *written, struct message *message);
 
 /// Runs a line that moves whole files: "fetch NAME [FILE]" (also of a directory), "send FILE
-/// [NAME]", and commands that make files, which are fetched: "view", "focus-curve". 0: not such a
-/// line; else 1, with its result in `*error`, as of remote_ask. Written files are shown as an
-/// answer, in JSON errors too.
+/// [NAME]", and commands that make files, which are fetched: "view", "focus-curve", "measure". 0:
+/// not such a line; else 1, with its result in `*error`, as of remote_ask. Written files are shown
+/// as an answer, in JSON errors too.
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message);
+
+/// Runs `measure NAME ...`: the instrument measures; the session is fetched and the client's own
+/// `measure` makes its surface here, with the options that only the PC has. Over a serial line, or
+/// without that command, the instrument's surface is fetched. As remote_ask; `measure_exit` is the
+/// exit code of the surface made here.
+int remote_measure(struct remote *self, const struct command_words *words, remote_show *show,
+                   void *cookie, struct message *message);
 
 /// Show, in the form of the daemon's answers: what was written (in text without the OK); an error
 /// (JSON only); and a line "ERR NAME sentence" of the daemon, in the form that was requested.

@@ -66,7 +66,8 @@ static const struct option_page page = {
         "directory, and replaces no local file; \"send FILE [NAME]\" copies one to it; if the "
         "connection is lost, the same "
         "command resumes the transfer later. \"view\" fetches an image of what both cameras see "
-        "now.\n"
+        "now. \"measure NAME\" fetches its session and makes the surface here, with the options of "
+        "\"vergence measure\" (--out, --board, ...) that follow.\n"
         "Exit code: 0 OK; 1 ERR, or a local file or script failed; 2 invalid command line; 3 no "
         "connection, or no vergenced there; 130 cancelled by Ctrl-C.",
     .examples =
@@ -155,7 +156,7 @@ static int interrupted_code(void) {
 /// The exit code of a line that remote_files has carried out with this `error`.
 static int files_code(struct remote *self, int error, const struct message *message) {
     if (error == ERROR_OK) {
-        return CLIENT_OK;
+        return self->measure_exit;
     }
     const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT || error == ERROR_VERSION;
     const int code = self->interrupted ? interrupted_code()
@@ -203,6 +204,7 @@ int remote_run_line(struct remote *self, const char *line) {
         return refuse(self, &message);
     }
     int error = 0;
+    self->measure_exit = CLIENT_OK;
     if (remote_files(self, line, show, NULL, &error, &message) != 0) {
         return files_code(self, error, &message);
     }
@@ -380,7 +382,7 @@ static int open_line(struct remote *self, const char *where, struct message *mes
     }
 }
 
-int remote_main(int argc, char **argv) {
+int remote_main(int argc, char **argv, int (*measure)(int argc, char **argv)) {
     struct arguments arguments = {0};
     const int first = first_word(&argc, argv);
     const int count = argc - first;
@@ -391,7 +393,8 @@ int remote_main(int argc, char **argv) {
     if (code != OPTIONS_CONTINUE) {
         return code;
     }
-    struct remote remote = {.json = arguments.json, .extra_fd = -1, .token_path = arguments.token};
+    struct remote remote = {
+        .json = arguments.json, .extra_fd = -1, .token_path = arguments.token, .measure = measure};
     const char *option = misplaced(argv + first, count);
     if (option != NULL) {
         message_set(&message, 0, "put \"%s\" between ADDRESS and the command", option);

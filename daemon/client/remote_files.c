@@ -241,13 +241,16 @@ static int make(struct remote *self, const char *line, remote_show *show, void *
     return error;
 }
 
-enum file_command { NO_FILE_COMMAND, MAKE, SEND, FETCH };
+enum file_command { NO_FILE_COMMAND, MAKE, MEASURE, SEND, FETCH };
 
 /// Which of the client's own commands it is.
 static enum file_command command_of(const struct command_words *words) {
     static const struct command_parser parser = {.dashes = ""};
     if (strcmp(words->word[0], "view") == 0 || strcmp(words->word[0], "focus-curve") == 0) {
         return MAKE;
+    }
+    if (strcmp(words->word[0], "measure") == 0) {
+        return words->count > 1 ? MEASURE : NO_FILE_COMMAND;
     }
     // "fetch NAME offset=0" is for the instrument.
     const bool block = words->count == 3 && (words->quoted >> 2 & 1) == 0 &&
@@ -289,12 +292,13 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     const char *const other = words.count == 3 ? words.word[2] : NULL;
     self->refused = false;
     written = (struct remote_written){.bytes = 0};
-    *error = command == MAKE   ? make(self, line, show, cookie, message)
-             : command == SEND ? send_file(self, words.word[1], other, &written, message)
-                               : remote_fetch(self, words.word[1], other, &written, message);
+    *error = command == MAKE      ? make(self, line, show, cookie, message)
+             : command == MEASURE ? remote_measure(self, &words, show, cookie, message)
+             : command == SEND    ? send_file(self, words.word[1], other, &written, message)
+                                  : remote_fetch(self, words.word[1], other, &written, message);
     if (*error != ERROR_OK) {
         *error = show_error(self, show, cookie, *error, message);
-    } else if (command != MAKE) {
+    } else if (command == SEND || command == FETCH) {
         remote_show_written(self, show, cookie, &written);
         if (!self->json) {
             show(self, cookie, "OK");

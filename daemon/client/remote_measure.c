@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// `measure NAME`: the instrument measures, the client fetches the session and makes the surface of
+// it here, with everything that a PC adds: a report, and a board in view that the adjustment may
+// use.
+#include <cjson/cJSON.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "console/command.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/cli/options.h"
+#include "daemon/client/remote.h"
+
+enum { NAME_BYTES = 256, LOCAL_WORDS_MAX = 2 * COMMAND_WORDS_MAX + 4, EXIT_BY_SIGNAL = 128 };
+
+/// Options that the instrument does not have: they are for the surface made here.
+static const char *const local_options[] = {"out",    "board",  "square", "charuco",
+                                            "marker", "length", "from",   "to"};
+
+struct measuring {
+    remote_show *show;
+    void *cookie;
+    char session[NAME_BYTES], result[NAME_BYTES];  // as the instrument names them
+    struct cJSON *answer;                          // the whole answer as parsed JSON
+};
+
+/// Whether a word is `NAME=...` or `--NAME` of a local option; `*has_value`: it contains the value.
+static bool is_local(const char *word, bool *has_value) {
+    const char *name = strncmp(word, "--", 2) == 0 ? word + 2 : word;
+    const size_t length = strcspn(name, "=");
+    *has_value = name[length] == '=';
+    for (size_t i = 0; i < sizeof local_options / sizeof local_options[0]; i++) {
+        if (strlen(local_options[i]) == length && strncmp(name, local_options[i], length) == 0) {
+            return name != word || *has_value;
+        }
+    }
+    return false;
+}
+
+/// A command line, split into what the instrument gets and the options of the local command.
+struct parts {
+    char request[REMOTE_REQUEST_BYTES];
+    char *local[COMMAND_WORDS_MAX];  // "--NAME", "VALUE" or "--NAME=VALUE", in `storage`
+    int local_count;
+    size_t used;
+    char storage[COMMAND_LINE_MAX + 3 * COMMAND_WORDS_MAX];
+};
+
+static void add_local(struct parts *parts, const char *lead, const char *word) {
+    char *text = parts->storage + parts->used;
+    const size_t room = sizeof parts->storage - parts->used;
+    const int length = snprintf(text, room, "%s%s", lead, word);
+    INVARIANT(length >= 0 && (size_t)length < room && parts->local_count < COMMAND_WORDS_MAX);
+    parts->local[parts->local_count++] = text;
+    parts->used += (size_t)length + 1;
+}
+
+/// False: too long.
+static bool add_request(struct parts *parts, const char *word, bool quoted) {
+    char again[REMOTE_REQUEST_BYTES];
+    const size_t length = strlen(parts->request);
+    if (quoted && !remote_quote(word, again)) {
+        return false;
+    }
+    const int more = snprintf(parts->request + length, sizeof parts->request - length, "%s%s",
+                              length > 0 ? " " : "", quoted ? again : word);
+    return length + (size_t)more < sizeof parts->request;
+}
+
+/// False: too long.
+static bool split(const struct command_words *words, struct parts *parts) {
+    *parts = (struct parts){.local_count = 0};
+    for (size_t i = 0; i < words->count; i++) {
+        const char *word = words->word[i];
+        const bool quoted = (words->quoted >> i & 1) != 0;
+        bool has_value = false;
+        if (i < 2 || quoted || !is_local(word, &has_value)) {
+            if (!add_request(parts, word, quoted)) {
+                return false;
+            }
+            continue;
+        }
+        add_local(parts, word[0] == '-' ? "" : "--", word);
+        if (!has_value && i + 1 < words->count) {
+            add_local(parts, "", words->word[++i]);
+        }
+    }
+    return true;
+}
+
+static void keep_member(const char *text, const char *name, char value[NAME_BYTES]) {
+    const size_t length = strlen(name);
+    if (strncmp(text, name, length) == 0 && strncmp(text + length, ": ", 2) == 0) {
+        snprintf(value, NAME_BYTES, "%s", text + length + 2);
+    }
+}
+
+/// Shows the answer except for its end, and keeps what it names.
+static void hold_back(struct remote *self, void *cookie, const char *text) {
+    struct measuring *measuring = cookie;
+    char event[32];
+    if (self->json) {
+        struct cJSON *all = json_parse(text);
+        const struct cJSON *result = cJSON_GetObjectItemCaseSensitive(all, "result");
+        if (!json_member_text(all, "event", event, sizeof event) && json_member_true(all, "ok")) {
+            json_member_text(result, "session", measuring->session, NAME_BYTES);
+            json_member_text(result, "result", measuring->result, NAME_BYTES);
+            cJSON_Delete(measuring->answer);
+            measuring->answer = all;
+            return;
+        }
+        cJSON_Delete(all);
+    } else {
+        keep_member(text, "session", measuring->session);
+        keep_member(text, "result", measuring->result);
+    }
+    if (self->json || strcmp(text, "OK") != 0) {
+        measuring->show(self, measuring->cookie, text);
+    }
+}
+
+/// Whether it is a plain name, which leads nowhere else.
+static bool is_plain(const char *name) {
+    return name[0] != '\0' && name[0] != '.' && name[0] != '-' && strchr(name, '/') == NULL;
+}
+
+/// Runs `vergence measure SESSION` in a process of its own, which Ctrl-C ends as usual. Returns its
+/// exit code.
+static int run_here(struct remote *self, char *session, char **local, int local_count) {
+    static char name[] = "measure", quiet[] = "--quiet";
+    char *words[LOCAL_WORDS_MAX] = {name, session};
+    int count = 2, status = 0;
+    for (int i = 0; i < local_count; i++) {
+        words[count++] = local[i];
+    }
+    if (self->json) {
+        words[count++] = quiet;
+    }
+    INVARIANT(count < LOCAL_WORDS_MAX);
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0) {
+        sigset_t taken;
+        sigemptyset(&taken);
+        sigaddset(&taken, SIGINT);
+        sigprocmask(SIG_UNBLOCK, &taken, NULL);
+        const int code = self->measure(count, words);
+        exit(fflush(stdout) == 0 ? code : CLIENT_FAILED);
+    }
+    while (child > 0 && waitpid(child, &status, 0) < 0) {
+    }
+    if (child < 0) {
+        return CLIENT_FAILED;
+    }
+    return WIFEXITED(status) ? WEXITSTATUS(status) : EXIT_BY_SIGNAL + WTERMSIG(status);
+}
+
+/// Fetches a session or a result, and shows that. Over a serial line the frames would take an hour.
+static int fetch(struct remote *self, const struct measuring *measuring, bool session,
+                 struct message *message) {
+    static struct remote_written written;
+    const char *name = session ? measuring->session : measuring->result;
+    const int error = is_plain(name)
+                          ? remote_fetch(self, name, NULL, &written, message)
+                          : message_set(message, ERROR_VERSION, "invalid answer from vergenced");
+    if (error == ERROR_OK && self->json) {
+        struct cJSON *result = cJSON_GetObjectItemCaseSensitive(measuring->answer, "result");
+        cJSON_AddStringToObject(result, "fetched", written.name);
+    } else if (error == ERROR_OK) {
+        remote_show_written(self, measuring->show, measuring->cookie, &written);
+    }
+    return error;
+}
+
+/// Makes the surface here, or says why not.
+static void conclude(struct remote *self, struct parts *parts, struct measuring *measuring,
+                     bool here) {
+    if (here) {
+        self->measure_exit = run_here(self, measuring->session, parts->local, parts->local_count);
+    } else if (!self->json) {
+        measuring->show(self, measuring->cookie,
+                        self->line.serial
+                            ? "note: over a serial line the surface is the instrument's own, "
+                              "without a report (fetch the session over a network for one)"
+                            : "note: the surface is the instrument's own: this program makes none");
+    }
+}
+
+static int measure(struct remote *self, struct parts *parts, struct measuring *measuring,
+                   struct message *message) {
+    self->shows_steps = true;
+    self->step[0] = '\0';
+    int error = remote_ask(self, parts->request, hold_back, measuring, message);
+    self->shows_steps = false;
+    if (error == ERROR_OK && measuring->result[0] != '\0') {  // else it was planned only
+        const bool here = self->measure != NULL && !self->line.serial;
+        error = fetch(self, measuring, here, message);
+        if (error == ERROR_OK) {
+            conclude(self, parts, measuring, here);
+        }
+    }
+    if (error == ERROR_OK && (self->json || self->measure_exit == CLIENT_OK)) {
+        char *text = self->json ? cJSON_PrintUnformatted(measuring->answer) : NULL;
+        measuring->show(self, measuring->cookie, text != NULL ? text : "OK");
+        cJSON_free(text);
+    }
+    return error;
+}
+
+int remote_measure(struct remote *self, const struct command_words *words, remote_show *show,
+                   void *cookie, struct message *message) {
+    static struct parts parts;
+    struct measuring measuring = {.show = show, .cookie = cookie};
+    self->measure_exit = CLIENT_OK;
+    if (!split(words, &parts)) {
+        return message_set(message, ERROR_SYNTAX, "command too long");
+    }
+    const int error = measure(self, &parts, &measuring, message);
+    cJSON_Delete(measuring.answer);
+    return error;
+}
