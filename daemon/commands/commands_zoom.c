@@ -155,33 +155,28 @@ static int fulfil(struct zoom_query *self) {
 /// The irises that the forecast may choose from: all, for stated depths, else the present one.
 static bool find_irises(const struct zoom_query *self, struct depth_iris_limits *limits) {
     const struct rig *rig = self->call->rig;
-    const struct lens_axis_settings *iris = &rig->profile.lens.axis[LENS_IRIS];
     int32_t present = 0;
     limits->dark = (double)INFINITY;
-    if (self->call->values[COMMANDS_ZOOM_SHARP].given) {
-        return rig_optics_f_number(rig, RIG_LEFT, iris->max, &limits->open) == ERROR_OK &&
-               rig_optics_f_number(rig, RIG_LEFT, iris->min, &limits->closed) == ERROR_OK;
+    if (rig_optics_iris_ends(rig, RIG_LEFT, &limits->open, &limits->closed) != ERROR_OK ||
+        rig_optics_position(rig, RIG_LEFT, LENS_IRIS, &present) != ERROR_OK) {
+        return false;
     }
-    const bool is_known = rig_optics_position(rig, RIG_LEFT, LENS_IRIS, &present) == ERROR_OK &&
-                          rig_optics_f_number(rig, RIG_LEFT, present, &limits->open) == ERROR_OK;
-    limits->closed = limits->open;
-    return is_known;
+    if (!self->call->values[COMMANDS_ZOOM_SHARP].given) {
+        double f_number = 0;
+        const int error = rig_optics_f_number(rig, RIG_LEFT, present, &f_number);
+        INVARIANT(error == ERROR_OK);
+        limits->open = math_max(limits->open, math_min(limits->closed, f_number));
+        limits->closed = limits->open;
+    }
+    return true;
 }
 
 static void put_iris(const struct command_call *call, const struct depth_iris *iris) {
-    static const char *const texts[] = {
-        [DEPTH_IRIS_NEEDED] = "the depths are sharp",
-        [DEPTH_IRIS_OPEN] = "the depths are sharp with the iris open",
-        [DEPTH_IRIS_DIFFRACTION] =
-            "not all depths are sharp: closed further, diffraction would blur them more",
-        [DEPTH_IRIS_CLOSED] = "not all depths are sharp: the iris closes no further",
-        [DEPTH_IRIS_DARK] = "not all depths are sharp: closed further, it would be too dark",
-    };
     reply_number(call, "f_number", iris->f_number, 2, "f/");
     commands_lens_distance(call, "sharp_near", iris->sharp_near_mm);
     commands_lens_distance(call, "sharp_far", iris->sharp_far_mm);
     if (call->values[COMMANDS_ZOOM_SHARP].given) {
-        reply_text(call, "iris", texts[iris->limit]);
+        reply_text(call, "iris", commands_iris_text(iris->limit));
     }
 }
 

@@ -6,6 +6,7 @@
 
 #include "console/command.h"
 #include "console/command_text.h"
+#include "focus/depth_iris.h"
 #include "rig/base/rig_state.h"
 
 #ifdef __cplusplus
@@ -55,6 +56,8 @@ enum commands_zoom_argument {
 /// Show or move an axis. Arguments POSITION, side and those of the axis.
 int commands_axis_zoom(const struct command_call *call);
 int commands_axis_iris(const struct command_call *call);
+/// What decides how far an iris is closed for a range. Static storage.
+const char *commands_iris_text(enum depth_iris_limit limit);
 int commands_focus_run(const struct command_call *call);
 /// The same for one axis of the lenses.
 int commands_axis_run(const struct command_call *call, enum lens_axis axis);

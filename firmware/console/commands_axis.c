@@ -284,17 +284,23 @@ static int follow_exposure(const struct command_call *call, unsigned side, doubl
     return error;
 }
 
-static void put_found(const struct command_call *call, const struct rig_optics_iris *found) {
-    static const char *const limits[] = {
-        [RIG_OPTICS_NEEDED] = "the range is sharp",
-        [RIG_OPTICS_DIFFRACTION] =
+const char *commands_iris_text(enum depth_iris_limit limit) {
+    static const char *const texts[] = {
+        [DEPTH_IRIS_NEEDED] = "the range is sharp",
+        [DEPTH_IRIS_OPEN] = "the range is sharp with the iris open",
+        [DEPTH_IRIS_DIFFRACTION] =
             "not all can be sharp: closed further, diffraction would blur it more",
-        [RIG_OPTICS_CLOSED] = "not all can be sharp: the iris closes no further",
-        [RIG_OPTICS_OPEN] = "the range is sharp with the iris open",
+        [DEPTH_IRIS_CLOSED] = "not all can be sharp: the iris closes no further",
+        [DEPTH_IRIS_DARK] = "not all can be sharp: closed further, it would be too dark",
     };
+    INVARIANT((unsigned)limit <= DEPTH_IRIS_DARK);
+    return texts[limit];
+}
+
+static void put_found(const struct command_call *call, const struct rig_optics_iris *found) {
     reply_number(call, "blur", found->blur_px, 2, "px");
     reply_number(call, "diffraction", found->diffraction_px, 2, "px");
-    reply_text(call, "result", limits[found->limit]);
+    reply_text(call, "result", commands_iris_text(found->limit));
     commands_lens_distance(call, "best_focus", found->focus_mm);
     reply_number(call, "best_focus_position", found->focus, 0, "counts");
     reply_number(call, "best_blur", found->best_px, 2, "px");

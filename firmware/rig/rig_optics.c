@@ -25,6 +25,8 @@ enum {
 // No focus is nearer than this part of the nominal one; rig_profile_check keeps it beyond two focal
 // lengths.
 #define NEAREST_PART 0.75
+// No lens opens further.
+#define LEAST_F_NUMBER 0.5
 
 const char *rig_optics_missing(const struct rig *self, enum rig_optics_relation relation) {
     const struct rig_profile_optics *optics = &self->profile.optics;
@@ -289,30 +291,15 @@ int rig_optics_sharp_range(const struct rig *self, unsigned side, double distanc
 
 // ---- iris for depth of field
 
-// f-numbers at the ends of the iris.
-static int iris_ends(const struct rig *self, unsigned side, double *open, double *closed) {
+int rig_optics_iris_ends(const struct rig *self, unsigned side, double *open, double *closed) {
     const struct lens_ring ring = ring_of(self, LENS_IRIS);
-    const int error = rig_optics_f_number(self, side, ring.max, open);
-    return error == ERROR_OK ? rig_optics_f_number(self, side, ring.min, closed) : error;
-}
-
-// The f-number for a range, and what limits it.
-static double f_number_for(const struct rig *self, const struct lens_state *state, double near_mm,
-                           double far_mm, double open, double closed,
-                           struct rig_optics_iris *found) {
-    const double limit_mm = RIG_OPTICS_SHARP_PX * pixel_mm(self);
-    const double needed = lens_f_number_for_blur(state, near_mm, far_mm, limit_mm);
-    const double diffraction = lens_f_number_for_diffraction(state, near_mm, far_mm);
-    found->sharp = needed <= math_min(diffraction, closed);
-    found->limit = needed <= diffraction ? RIG_OPTICS_NEEDED : RIG_OPTICS_DIFFRACTION;
-    const double f_number = math_min(needed, diffraction);
-    if (f_number > closed) {
-        found->limit = RIG_OPTICS_CLOSED;
-    } else if (f_number <= open) {
-        found->limit = needed <= open ? RIG_OPTICS_OPEN : RIG_OPTICS_DIFFRACTION;
-        found->sharp = needed <= open;
-    }
-    return math_max(open, math_min(f_number, closed));
+    double ends[2] = {0, 0};
+    int error = rig_optics_f_number(self, side, ring.max, &ends[0]);
+    error = error == ERROR_OK ? rig_optics_f_number(self, side, ring.min, &ends[1]) : error;
+    // A table that was typed may have any values.
+    *open = math_max(LEAST_F_NUMBER, math_min(ends[0], ends[1]));
+    *closed = math_max(*open, math_max(ends[0], ends[1]));
+    return error;
 }
 
 // What a call for a range needs: the state, and the f-numbers at the ends of the iris.
@@ -326,7 +313,7 @@ static int range_state(const struct rig *self, unsigned side, struct lens_state 
     if (error != ERROR_OK) {
         return error;
     }
-    return iris_ends(self, side, open, closed);
+    return rig_optics_iris_ends(self, side, open, closed);
 }
 
 // The iris for an f-number. As far as `needed`: rounded to the closed side.
@@ -355,8 +342,11 @@ int rig_optics_iris_for_range(const struct rig *self, unsigned side, double near
     if (!(near_mm > 2 * state.focal_length_mm && near_mm <= far_mm)) {
         return ERROR_RANGE;
     }
-    const double exact = f_number_for(self, &state, near_mm, far_mm, open, closed, &result);
-    error = round_iris(self, side, exact, result.limit == RIG_OPTICS_NEEDED, &result);
+    const struct depth_iris_limits limits = {open, closed, (double)INFINITY};
+    const struct depth_iris exact =
+        depth_iris_for(&state, near_mm, far_mm, RIG_OPTICS_SHARP_PX * pixel_mm(self), &limits);
+    result.limit = exact.limit;
+    error = round_iris(self, side, exact.f_number, exact.limit == DEPTH_IRIS_NEEDED, &result);
     result.focus_mm = lens_range_middle(near_mm, far_mm);
     if (error != ERROR_OK) {
         return error;

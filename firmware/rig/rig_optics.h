@@ -10,8 +10,8 @@
 #ifndef VERGENCE_RIG_RIG_OPTICS_H
 #define VERGENCE_RIG_RIG_OPTICS_H
 
+#include "focus/depth_iris.h"
 #include "focus/lens_learned.h"
-#include "focus/lens_optics.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
@@ -72,13 +72,8 @@ int rig_optics_blur_at(const struct rig *self, unsigned side, double distance_mm
 int rig_optics_sharp_range(const struct rig *self, unsigned side, double distance_mm,
                            double blur_px, double *near_mm, double *far_mm);
 
-/// What decides how far an iris is closed for a depth range.
-enum rig_optics_limit {
-    RIG_OPTICS_NEEDED,       ///< closed no further than needed
-    RIG_OPTICS_DIFFRACTION,  ///< closed further, diffraction would blur more than it helps
-    RIG_OPTICS_CLOSED,       ///< the iris closes no further
-    RIG_OPTICS_OPEN          ///< sharp with the iris open
-};
+/// f-numbers at the ends of the iris, 0 < open <= closed.
+int rig_optics_iris_ends(const struct rig *self, unsigned side, double *open, double *closed);
 
 /// An iris for a depth range at the present zoom and focus.
 struct rig_optics_iris {
@@ -89,11 +84,10 @@ struct rig_optics_iris {
     double focus_mm;        ///< the distance in focus that would serve best
     int32_t focus;          ///< its position
     double best_px;         ///< blur of both ends with that focus and this iris
-    bool sharp;             ///< the ends are within RIG_OPTICS_SHARP_PX
-    enum rig_optics_limit limit;
+    enum depth_iris_limit limit;
 };
-/// Closes the iris as far as needed for RIG_OPTICS_SHARP_PX, and no further than where diffraction
-/// blurs as much as the worse end is out of focus. ERROR_RANGE: not 2 focal lengths < near <= far.
+/// The iris of depth_iris_for, for RIG_OPTICS_SHARP_PX. ERROR_RANGE: not 2 focal lengths < near <=
+/// far.
 int rig_optics_iris_for_range(const struct rig *self, unsigned side, double near_mm, double far_mm,
                               struct rig_optics_iris *found);
 

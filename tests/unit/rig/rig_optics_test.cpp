@@ -160,16 +160,16 @@ TEST_CASE("an iris for a range is the best of all irises, and closes no further 
         }
         const double worse = blur(found.iris, &found_total);
         CHECK(worse == doctest::Approx(found.blur_px));
-        if (found.sharp) {
+        if (found.limit == DEPTH_IRIS_NEEDED || found.limit == DEPTH_IRIS_OPEN) {
             CHECK(std::abs(found.iris - first_sharp) <= 1);
         } else {
             CHECK(worse > 1);
             CHECK(found_total < smallest * 1.02);
         }
-        if (found.limit == RIG_OPTICS_CLOSED) {
+        if (found.limit == DEPTH_IRIS_CLOSED) {
             CHECK(found.iris == 300);
         }
-        if (found.limit == RIG_OPTICS_OPEN) {
+        if (found.limit == DEPTH_IRIS_OPEN) {
             CHECK(found.iris == 850);
         }
         CHECK(found.best_px <= found.blur_px + 1e-9);
@@ -180,6 +180,19 @@ TEST_CASE("an iris for a range is the best of all irises, and closes no further 
          {std::pair<double, double>{1850, 1750}, {100, 1800}, {NAN, 1800}, {-1, 5}, {200, 300}}) {
         CHECK(rig_optics_iris_for_range(&up, RIG_LEFT, range.first, range.second, &found) ==
               ERROR_RANGE);
+    }
+    // Tables that were typed may make no sense.
+    lens_table &table = up.camera[RIG_LEFT].lens.learned.iris;
+    table.count = 2;
+    for (const int closed : {-3000, 0, 500}) {
+        table.point[0] = {300, closed, 1, 3};
+        table.point[1] = {850, closed > 0 ? 1000 : -1000, 1, 3};
+        double ends[2];
+        CHECK(rig_optics_iris_ends(&up, RIG_LEFT, &ends[0], &ends[1]) == ERROR_OK);
+        CHECK(ends[0] > 0);
+        CHECK(ends[1] >= ends[0]);
+        const int error = rig_optics_iris_for_range(&up, RIG_LEFT, 1700, 1900, &found);
+        CHECK((error == ERROR_OK || error == ERROR_RANGE));
     }
 }
 
