@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pairs of the demo's board that the simulated rig takes, and the corners in them."""
+import shutil
+import tempfile
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from rig import TOOLS, Instrument, run
+
+CAPTURE = TOOLS.parent / "tests/data/zoom_capture"
+BOARD = ("--board", "10x7", "--square", "24", "--charuco", "4x4_50", "--marker", "17")
+COLUMNS, SQUARE_MM, MARKER_MM = 10, 24, 17
+
+
+def take(context, scene, zooms, distance_mm, window=None):
+    """The session m of a pair for each of the commands `zooms`, aimed at the distance; from the folder if it is
+    there. Replies to the commands are in replies.json beside it."""
+    session = context.folder / "session"
+    if session.exists():
+        return session
+    with tempfile.TemporaryDirectory(prefix="vergence-figures-") as work:
+        with Instrument((context.program("vergence"), context.program("vergenced")), Path(work), scene,
+                        context.seed, context.calibration / "instrument.zoom", context.threads) as instrument:
+            replies = []
+            for line in ("bringup", f"window {window}" if window else "", f"aim distance={distance_mm}", "iris f/5.6"):
+                if line:
+                    instrument.command(line)
+            for number, line in enumerate(zooms):
+                context.progress(f"{Path(scene).stem}> {line}")
+                replies.append(instrument.figures(line))
+                instrument.command("autoexpose iris=no")
+                instrument.command(f"capture m{' add=yes' if number else ''}")
+            shutil.move(instrument.files / "m", session)
+    return session
+
+
+def pictures(session, number):
+    """Both frames of a pair as grey pictures of 8 bits."""
+    index = [line for line in (session / "session.index").read_text(encoding="utf-8").splitlines()
+             if line.startswith(f"pair number={number} ")]
+    found = []
+    for side in ("left", "right"):
+        name = index[0].split(f" {side}_frame=")[1].split()[0]
+        raw = cv2.imread(str(session / f"frame-{name}.pnm"), cv2.IMREAD_UNCHANGED)
+        bright = np.percentile(raw, 99.5)
+        grey = cv2.cvtColor(np.clip(raw / bright * 235, 0, 255).astype(np.uint8), cv2.COLOR_BayerGB2GRAY)
+        found.append(cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR))
+    return found
+
+
+def opencv_corners(picture):
+    """Corner number -> position, by OpenCV's detector, which is not ours."""
+    words = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    board = cv2.aruco.CharucoBoard_create(COLUMNS + 1, 8, SQUARE_MM, MARKER_MM, words)
+    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    markers, numbers, _ = cv2.aruco.detectMarkers(grey, words)
+    if numbers is None:
+        return {}
+    count, corners, found = cv2.aruco.interpolateCornersCharuco(markers, numbers, grey, board)
+    return {int(number): corner[0] for number, corner in zip(found.ravel(), corners)} if count else {}
+
+
+def corners_of(path):
+    """Of a file of corners: picture -> corner number -> position."""
+    found, seen = {}, {}
+    for line in path.read_text(encoding="ascii").splitlines():
+        if not line.startswith("#"):
+            name, x, y = line.split()[:3]
+            number = seen[name] = seen.get(name, -1) + 1
+            if x != "-":
+                found.setdefault(name, {})[number] = (float(x), float(y))
+    return found
+
+
+def detect(context, session, number):
+    """The corners that the product's detector finds in a pair: of each side as in corners_of."""
+    out = context.folder / f"corners_{number}"
+    if not (out / "corners.vnl").exists():
+        run([context.program("vergence"), "calibrate", f"{session}:{number}", *BOARD, "--touch-up",
+             context.calibration / "instrument.zoom", "--out", out, "--quiet"])
+    return corners_of(out / "corners.vnl")
