@@ -16,7 +16,7 @@
 
 namespace {
 
-int run_reconstruct(int argc, char **argv) {
+int reconstruct(int argc, char **argv, const adjust_target *target) {
     reconstruct_program program{};
     program.formats = image_formats().first;
     program.format_count = image_formats().count;
@@ -35,12 +35,17 @@ int run_reconstruct(int argc, char **argv) {
     program.check_truth = evaluate_truth_check;
     program.make_mesh = mesh_simplify_make;
     program.free_mesh = mesh_simplify_free;
+    program.target = target;
     debug_offer(&program);
     return reconstruct_command_run(&program, argc, argv);
 }
 
+int run_reconstruct(int argc, char **argv) {
+    return reconstruct(argc, argv, nullptr);
+}
+
 int run_measure(int argc, char **argv) {
-    return command_measure(argc, argv, run_reconstruct);
+    return command_measure(argc, argv, reconstruct);
 }
 
 const client_command commands[] = {

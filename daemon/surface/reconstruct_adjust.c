@@ -42,8 +42,11 @@ static size_t larger(size_t one, size_t other) {
 }
 
 /// For `count` pairs: their grey pictures, and the larger of developing and refining.
-static size_t need_bytes(const struct pair *const *pairs, int count) {
-    size_t bytes = 0, most = 0;
+static size_t need_bytes(const struct pair *const *pairs, int count,
+                         const struct adjust_target *target) {
+    size_t bytes = arena_need_bytes(target != NULL ? (size_t)target->observations : 0,
+                                    sizeof *target->observation);
+    size_t most = 0;
     for (int i = 0; i < count; i++) {
         for (int side = 0; side < RIG_SIDES; side++) {
             const struct raw_image *raw = &pairs[i]->frame[side].image;
@@ -85,11 +88,69 @@ static int make_picture(const struct pair *pair, const struct zoom_state *state,
     return ERROR_OK;
 }
 
+/// Places a thing of known size, whose observations are those of the pair's two views, at `state`
+/// of the adjustment, and corrects the cameras by it; they keep to it from here on.
+static int fit_target(const struct adjust_target *target, int state, struct arena *arena,
+                      struct adjustment *adjustment, struct adjust_target *placed,
+                      struct calibration_fault *fault) {
+    // Of standard deviations: robust weights must not take the calibration's own error for
+    // outliers.
+    static const double from_far_to_near[] = {100, 50, 25, 12, 6, 3, 1.5, 1};
+    enum { STEPS = sizeof from_far_to_near / sizeof from_far_to_near[0] };
+    if (target == NULL) {
+        return ERROR_OK;
+    }
+    struct target_observation *seen = arena_take(arena, (size_t)target->observations, sizeof *seen);
+    if (seen == NULL) {
+        return ERROR_MEMORY;
+    }
+    *placed = *target;
+    placed->observation = seen;
+    for (int i = 0; i < target->observations; i++) {
+        seen[i] = target->observation[i];
+        seen[i].view = adjust_view(state, target->observation[i].view);
+    }
+    adjustment->target = placed;
+    for (int i = 0; i < STEPS; i++) {
+        placed->sigma_px = from_far_to_near[i] * target->sigma_px;
+        if (!adjust_target_place(adjustment->view, placed)) {
+            fault->reason = "the board or the length does not fit it (check its size)";
+            return ERROR_MISMATCH;
+        }
+        (void)adjustment_solve(adjustment, NULL, 0);
+    }
+    return ERROR_OK;
+}
+
+/// Refines a pair by its own pictures, and by a thing of known size (NULL: none).
+static int adjust_alone(const struct zoom_calibration *zoom, const struct adjust_picture *picture,
+                        const struct adjust_target *target, struct arena *arena,
+                        struct calibration *calibration, struct reconstruct_context *context,
+                        struct calibration_fault *fault) {
+    struct adjustment adjustment;
+    struct adjust_target placed;
+    int error = zoom_state_check(zoom, &picture->axes, fault);
+    if (error == ERROR_OK) {
+        error = adjustment_begin(zoom, &picture->axes, 1, arena, &adjustment);
+    }
+    if (error == ERROR_OK) {
+        error = fit_target(target, 0, arena, &adjustment, &placed, fault);
+    }
+    if (error == ERROR_OK) {
+        error = adjust_pair(picture, arena, &adjustment, &context->self_calibration);
+    }
+    return error == ERROR_OK ? adjust_conclude(zoom, picture, &adjustment,
+                                               &context->self_calibration, calibration, fault)
+                             : error;
+}
+
 /// Refines `picture[0]` with the help of `picture[1]`, of the same scene at another zoom.
 static int adjust_by_wide_pair(const struct zoom_calibration *zoom,
-                               const struct adjust_picture picture[2], struct arena *arena,
+                               const struct adjust_picture picture[2],
+                               const struct adjust_target *target, struct arena *arena,
                                struct calibration *calibration, struct reconstruct_context *context,
                                struct calibration_fault *fault) {
+    struct adjust_target placed;
     struct adjust_picture by_zoom[2];  // the wider first
     struct zoom_state states[2];
     struct zoom_pair at[2];
@@ -109,6 +170,9 @@ static int adjust_by_wide_pair(const struct zoom_calibration *zoom,
     struct adjustment adjustment;
     int error = adjustment_begin(zoom, states, 2, arena, &adjustment);
     if (error == ERROR_OK) {
+        error = fit_target(target, first, arena, &adjustment, &placed, fault);
+    }
+    if (error == ERROR_OK) {
         error = wide_pair_adjust(by_zoom, arena, &adjustment, &context->wide_pair);
     }
     if (error == ERROR_OK) {
@@ -119,47 +183,78 @@ static int adjust_by_wide_pair(const struct zoom_calibration *zoom,
     return error;
 }
 
-static int adjust(const struct zoom_calibration *zoom, const struct pair *const *pairs,
-                  const struct zoom_state *states, int count, const double depth_mm[2],
-                  struct arena *arena, struct calibration *calibration,
-                  struct reconstruct_context *context, struct calibration_fault *fault) {
-    struct adjust_picture picture[2];
-    for (int i = 0; i < count; i++) {
-        const int error = make_picture(pairs[i], &states[i], depth_mm, arena, &picture[i]);
-        if (error != ERROR_OK) {
-            return error;
-        }
-    }
+/// By one or two pairs, and by a thing of known size in the first (NULL: none).
+static int adjust_pictures(const struct zoom_calibration *zoom,
+                           const struct adjust_picture *picture, int count,
+                           const struct adjust_target *target, struct arena *arena,
+                           struct calibration *calibration, struct reconstruct_context *context,
+                           struct calibration_fault *fault) {
     const size_t mark = arena_mark(arena);
     int error = ERROR_OK;
+    context->with_pair_used = false;
     if (count > 1) {
-        error = adjust_by_wide_pair(zoom, picture, arena, calibration, context, fault);
+        error = adjust_by_wide_pair(zoom, picture, target, arena, calibration, context, fault);
         context->with_pair_used = error == ERROR_OK && !wide_pair_turned(&context->wide_pair) &&
                                   context->wide_pair.carried > 0;
         arena_release(arena, mark);
     }
-    return error == ERROR_OK && !context->with_pair_used
-               ? adjust_calibration(zoom, picture, arena, calibration, &context->self_calibration,
-                                    fault)
-               : error;
+    if (error == ERROR_OK && !context->with_pair_used) {
+        error = adjust_alone(zoom, picture, target, arena, calibration, context, fault);
+        arena_release(arena, mark);
+    }
+    return error;
+}
+
+static int adjust(const struct zoom_calibration *zoom, const struct pair *const *pairs,
+                  const struct zoom_state *states, int count,
+                  const struct reconstruct_adjust_scene *scene, struct arena *arena,
+                  struct calibration *calibration, struct reconstruct_context *context,
+                  struct calibration_fault *fault) {
+    struct adjust_picture picture[2];
+    for (int i = 0; i < count; i++) {
+        const int error = make_picture(pairs[i], &states[i], scene->depth_mm, arena, &picture[i]);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+    int error = adjust_pictures(zoom, picture, count, NULL, arena, calibration, context, fault);
+    if (error == ERROR_OK && scene->target != NULL) {
+        context->target_points = scene->target->points;
+        context->without_target = context->self_calibration;
+        error = adjust_pictures(zoom, picture, context->with_pair_used ? count : 1, scene->target,
+                                arena, calibration, context, fault);
+    }
+    return error;
 }
 
 int reconstruct_adjust(const struct zoom_calibration *zoom, const struct pair *const *pairs,
-                       const struct zoom_state *states, int count, const double depth_mm[2],
+                       const struct zoom_state *states, int count,
+                       const struct reconstruct_adjust_scene *scene,
                        struct calibration *calibration, struct reconstruct_context *context,
                        struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
-    const size_t bytes = need_bytes(pairs, count);
+    const size_t bytes = need_bytes(pairs, count, scene->target);
     void *memory = malloc(bytes);
     struct arena arena;
     arena_init(&arena, memory, memory == NULL ? 0 : bytes);
     context->with_pair = count > 1 ? pairs[1]->number : 0;
     const int error =
-        adjust(zoom, pairs, states, count, depth_mm, &arena, calibration, context, &fault);
+        adjust(zoom, pairs, states, count, scene, &arena, calibration, context, &fault);
     free(memory);
     return error == ERROR_OK ? ERROR_OK
                              : calibration_at_refused("the calibration cannot be adjusted", error,
                                                       &fault, message);
+}
+
+/// Whether the known size moved the pair's own matches away from their epipolar lines, or the
+/// cameras away from where their pictures alone have them.
+static bool target_disagrees(const struct reconstruct_context *context) {
+    static const double rows_factor = 2, rows_more_px = 0.05;
+    const struct adjust_report *without = &context->without_target,
+                               *with = &context->self_calibration;
+    return context->target_points > 0 && without->used > 0 &&
+           (with->rows_px > rows_factor * without->rows_px + rows_more_px ||
+            (with->health == ADJUST_CALIBRATE && without->health != ADJUST_CALIBRATE));
 }
 
 /// Warns of a second pair that could not be used.
@@ -187,7 +282,14 @@ void reconstruct_adjust_doubt(struct reconstruct_context *context) {
     if (context->with_pair > 0 && !context->with_pair_used) {
         doubt_wide_pair(context);
     }
-    if (adjust_pair_is_lost(report)) {
+    if (target_disagrees(context)) {
+        reconstruct_context_warn(context,
+                                 "the known size does not fit what the pictures show of the "
+                                 "cameras (%.1f standard deviations, rows %.2f px apart, without "
+                                 "it %.2f px): check it, or calibrate again",
+                                 report->chi_square_score, report->rows_px,
+                                 context->without_target.rows_px);
+    } else if (adjust_pair_is_lost(report)) {
         reconstruct_context_warn(context,
                                  "of %d distinct points only %d match: the cameras are not where "
                                  "the calibration expects them (calibrate again), or show "

@@ -13,12 +13,19 @@
 extern "C" {
 #endif
 
+/// What is known of the scene of the first pair.
+struct reconstruct_adjust_scene {
+    double depth_mm[2];  // nearest and farthest depth; 0 0: not known
+    /// A thing of known size, as its left (view 0) and right camera (1) see it; NULL: none.
+    const struct adjust_target *target;
+};
+
 /// Refines the first of `count` pairs, taken in these states; the second, if there is one, is of
-/// the same scene at another zoom, with pan untouched. `depth_mm`: nearest and farthest depth of
-/// the scene; 0 0: not known. Returns 0 with the calibration of the frames as they are and the
-/// reports in `context`, or an error with `message` set.
+/// the same scene at another zoom, with pan untouched. Returns 0 with the calibration of the frames
+/// as they are and the reports in `context`, or an error with `message` set.
 int reconstruct_adjust(const struct zoom_calibration *zoom, const struct pair *const *pairs,
-                       const struct zoom_state *states, int count, const double depth_mm[2],
+                       const struct zoom_state *states, int count,
+                       const struct reconstruct_adjust_scene *scene,
                        struct calibration *calibration, struct reconstruct_context *context,
                        struct message *message);
 

@@ -102,6 +102,7 @@ int reconstruct_command_run(const struct reconstruct_program *program, int argc,
         session.path = request.session_path;
         session.number = (uint32_t)request.pair;
         session.load_calibration = program->load_calibration;
+        session.target = program->target;
         session.missing =
             ": give --calibration FILE (or --rectified for a rectified pair without one)";
         caller.read = reconstruct_session_read;

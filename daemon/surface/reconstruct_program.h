@@ -17,6 +17,7 @@ struct reconstruct_program {
     const struct image_format *formats;  // formats of the images that it reads
     int format_count;
     calibration_loader *load_calibration;
+    const struct adjust_target *target;      // as in reconstruct_adjust_scene; NULL: none
     result_writer *writers[RESULT_FORMATS];  // NULL: it does not write this file
     /// Reads the ground truth and the mask that `context` names, so that unreadable files are
     /// rejected before the work; returns width and height. NULL: no writer compares with ground

@@ -252,6 +252,18 @@ static int find_states(struct reconstruct_session *self, const struct pair *cons
     return error;
 }
 
+/// Without a calibration of all zooms nothing is corrected, so nothing may help with it.
+static int refuse_one_zoom(const struct reconstruct_session *self,
+                           const struct reconstruct_request *request, struct message *message) {
+    if (request->with_pair == 0 && self->target == NULL) {
+        return ERROR_OK;
+    }
+    return message_set(
+        message, ERROR_MISSING, "%s needs a calibration of all zooms, which %s is not",
+        request->with_pair > 0 ? "with-pair" : "a board or a length",
+        request->calibration_path != NULL ? request->calibration_path : "the pair's");
+}
+
 /// Corrects the calibration by what the frames show, if it is of all zooms.
 static int adjust(struct reconstruct_session *self, const struct reconstruct_request *request,
                   struct reconstruct_context *context, struct message *message) {
@@ -259,21 +271,22 @@ static int adjust(struct reconstruct_session *self, const struct reconstruct_req
     struct zoom_state states[2];
     const int count = request->with_pair > 0 ? 2 : 1;
     int error = find_zoom(self, request, message);
-    if (error == ERROR_OK && self->zoom == NULL && count > 1) {
-        error = message_set(
-            message, ERROR_MISSING, "with-pair needs a calibration of all zooms, which %s is not",
-            request->calibration_path != NULL ? request->calibration_path : "the pair's");
+    if (error == ERROR_OK && self->zoom == NULL) {
+        return refuse_one_zoom(self, request, message);
     }
-    if (error != ERROR_OK || self->zoom == NULL) {
+    if (error != ERROR_OK) {
         return error;
     }
     error = find_states(self, pairs, count, states, message);
-    if (error == ERROR_MISMATCH && self->pair.calibration_length > 0 && count == 1) {
+    if (error == ERROR_MISMATCH && self->pair.calibration_length > 0 && count == 1 &&
+        self->target == NULL) {
         return ERROR_OK;  // the session's own calibration will do
     }
     if (error == ERROR_OK) {
-        error = reconstruct_adjust(self->zoom, pairs, states, count, request->depth_mm,
-                                   &self->calibration, context, message);
+        const struct reconstruct_adjust_scene scene = {{request->depth_mm[0], request->depth_mm[1]},
+                                                       self->target};
+        error = reconstruct_adjust(self->zoom, pairs, states, count, &scene, &self->calibration,
+                                   context, message);
         self->adjusted = context->self_calibrated = error == ERROR_OK;
     }
     return error;

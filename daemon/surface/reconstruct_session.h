@@ -34,7 +34,8 @@ struct reconstruct_session {
     const char *missing;      // advice if there is no calibration: how to get one
     /// Loads the calibration that a request names; NULL if requests never name one.
     calibration_loader *load_calibration;
-    int stored_error;  // error of reading the saved one; 0: none is saved
+    const struct adjust_target *target;  // as in reconstruct_adjust_scene; NULL: none
+    int stored_error;                    // error of reading the saved one; 0: none is saved
 
     // After a read:
     bool own;       // the calibration is the session's own

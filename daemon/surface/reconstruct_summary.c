@@ -61,6 +61,11 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
                 (unsigned)context->with_pair, wide_pair->turn_sigma_rad[0] * MATH_DEGREE_PER_RAD,
                 wide_pair->turn_sigma_rad[1] * MATH_DEGREE_PER_RAD);
     }
+    if (context->target_points > 0) {
+        fprintf(stream, "known size  %d points: all depths at %.0f mm together %.2g -> %.2g mm\n",
+                context->target_points, report->depth_mm, context->without_target.depth.after,
+                report->depth.after);
+    }
     const double common_mm = context->depth_sigma_common_mm;
     if (common_mm >= 0) {
         fprintf(stream,

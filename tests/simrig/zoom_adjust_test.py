@@ -3,6 +3,7 @@
 are not where they read, refined alone and by a pair at another zoom, against the same surface
 with the true cameras; and what cannot be adjusted, in one line each."""
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -37,12 +38,12 @@ def axes(zoom, extra_deg=0):
     return stated
 
 
-def render(folder, zoom, turned_deg=0):
+def render(folder, zoom, turned_deg=0, scene=SIMRIG / "scenes/cylinder.yaml"):
     """Both frames, with the servos off, and the left one turned more; the truth is in `folder`."""
     folder.mkdir()
     frames = []
     running = [subprocess.Popen(
-        [RENDER, SIMRIG / "scenes/cylinder.yaml", SIMRIG / "rigs/default.yaml", "--out", folder / side,
+        [RENDER, scene, SIMRIG / "rigs/default.yaml", "--out", folder / side,
          "--camera", side, "--zoom", str(zoom + OFF_COUNTS[number]), "--focus", str(FOCUS), "--iris",
          "497", "--exposure", "150000", "--window", f"{COLUMN},{ROW},{WIDTH},{HEIGHT}", "--seed",
          str(number), "--pan", str((1, -1)[number] * PAN_DEG + OFF_DEG[number] +
@@ -88,6 +89,71 @@ class ZoomAdjust(unittest.TestCase):
         done = self.run_on(*options, **calibration)
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads((self.folder / "out/result.json").read_text()), done
+
+    def measure(self, folder, *options):
+        """`vergence measure`, in a summary and result.json."""
+        out = self.folder / "out"
+        done = subprocess.run([VERGENCE, "measure", folder, *map(str, options), "--files", "result.json",
+                               "--out", out], capture_output=True, text=True, timeout=200)
+        return done, json.loads((out / "result.json").read_text()) if done.returncode == 0 else None
+
+    def test_a_known_size_in_view_gives_the_distance(self):
+        scene = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests/data/zoom_capture/board.yaml"
+        session = Session(self.folder / "board", "rig", INSTRUMENT)
+        session.zoom_calibration(TEXT)
+        session.pair(*render(self.folder / "seen", 440, scene=scene), layout="grbg", axes=axes(440),
+                     window=f"{COLUMN},{ROW},1")
+        session.note("# measure fit=300")
+        session.note("# measure surface pair=1 near=1500.000 far=2700.000 scale=0.25")
+        session.end()
+        board = ["--board", "10x7", "--square", "24", "--charuco", "4x4_50", "--marker", "17"]
+        true = self.folder / "board.calibration"
+        subprocess.run([VERGENCE, "info", self.folder / "seen", "--convert", true], check=True,
+                       capture_output=True, timeout=60)
+        truth_mm = self.measure(session.path, "--calibration", true,
+                                "--accept-mismatch")[1]["depth_mm"]["median"]
+        alone = self.measure(session.path)[1]
+        self.assertIsNone(alone["self_calibration"]["known_size"])
+
+        def assert_better(figures, done, points, share):
+            found = figures["self_calibration"]
+            self.assertEqual(found["known_size"]["points"], points)
+            self.assertAlmostEqual(found["known_size"]["depth_sigma_without_mm"],
+                                   alone["self_calibration"]["depth_sigma_mm"], delta=1e-6)
+            self.assertLess(found["depth_sigma_mm"], share * alone["self_calibration"]["depth_sigma_mm"])
+            self.assertRegex(done.stdout, r"known size  \d+ points: all depths at \d+ mm together .* -> ")
+            # This calibration does not know the ripple of the lenses' cams.
+            self.assertLess(abs(figures["depth_mm"]["median"] - truth_mm),
+                            4 * figures["depth_sigma_common_mm"])
+        done, figures = self.measure(session.path, *board)
+        assert_better(figures, done, 70, 0.2)
+        # Two of its corners as marks.
+        subprocess.run([VERGENCE, "calibrate", session.path, "--touch-up", self.zoom, *board, "--out",
+                        self.folder / "looked"], capture_output=True, timeout=200, check=True)
+        corners = {}
+        for line in (self.folder / "looked/corners.vnl").read_text().splitlines():
+            if line.startswith("frame-"):
+                frame, *place = line.split()
+                corners.setdefault(frame, []).append(place[:2])
+        left, right = (corners[next(name for name in corners if word.endswith(name[6:14]))]
+                       for word in next(line for line in (session.path / "session.index").read_text().split("\n")
+                                        if line.startswith("pair ")).split() if "_frame=" in word)
+        both = [i for i, places in enumerate(zip(left, right)) if "-" not in (*places[0], *places[1])]
+        ends = both[0], both[-1]
+        length = 24 * math.hypot(ends[1] % 10 - ends[0] % 10, ends[1] // 10 - ends[0] // 10)
+        marks = [",".join((*left[end], *right[end])) for end in ends]
+        done, figures = self.measure(session.path, "--length", length, "--from", marks[0], "--to", marks[1])
+        assert_better(figures, done, 2, 0.9)
+        # A wrong size is noticed.
+        done, _ = self.measure(session.path, *board[:3], "27", *board[4:6], "--marker", "19.125")
+        self.assertIn("the known size does not fit", done.stderr)
+        self.assertNotIn("the known size", self.measure(session.path)[0].stderr)
+        for options, code, words in ((board[:2], 2, "--square"), (["--length", 3], 2, "--from"),
+                                     ([*board, "--length", 3, "--from", marks[0], "--to", marks[1]], 2,
+                                      "cannot be combined"),
+                                     (["--board", "13x9", "--square", 30], 3, "no picture shows a board")):
+            done, _ = self.measure(session.path, *options)
+            self.refused(done, code, "vergence measure: ", words)
 
     def true_depth(self, folder, pair):
         true = self.folder / f"{folder}.calibration"

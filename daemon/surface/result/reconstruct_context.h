@@ -87,6 +87,8 @@ struct reconstruct_context {
     uint32_t with_pair;   // number of the second pair that helps with this one; 0: none
     bool with_pair_used;  // the second pair did help
     struct wide_pair_report wide_pair;
+    int target_points;                    // of a thing of known size that helped, too; 0: none
+    struct adjust_report without_target;  // what the pictures alone gave then
 
     /// Standard deviation that all depths share, at the median depth: see
     /// calibration_match_sigma_mm. Negative: unknown.

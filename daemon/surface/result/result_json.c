@@ -186,6 +186,14 @@ static void print_self_calibration(const struct reconstruct_context *context, st
     json_real(json, "vergence_sigma_deg", report->vergence_rad.after * MATH_DEGREE_PER_RAD, 6);
     json_real(json, "surprise", report->chi_square_score, 6);
     json_text(json, "health", adjust_health_text(report->health));
+    if (context->target_points == 0) {
+        json_null(json, "known_size");
+    } else {
+        json_open_object(json, "known_size");
+        json_integer(json, "points", context->target_points);
+        json_real(json, "depth_sigma_without_mm", context->without_target.depth.after, 6);
+        json_close_object(json);
+    }
     if (context->with_pair == 0) {
         json_null(json, "with_pair");
     } else {

@@ -30,6 +30,17 @@ const double rows_factor = 2, rows_more_px = 0.05;
 // for outliers.
 const double from_far_to_near[] = {100, 50, 25, 12, 6, 3, 1.5, 1};
 
+using places = std::array<std::array<double, 2>, 2>;
+
+/// On the sensors, of pixels of the left and of the right picture.
+places places_of(const calibrate_shot &shot, const touch_up_marks::place &px) {
+    places at = {{{px[0], px[1]}, {px[2], px[3]}}};
+    for (size_t side = 0; side < 2; side++) {
+        adjust_to_sensor(&shot.state->origin.side[side].window, at[side].data());
+    }
+    return at;
+}
+
 class looker {
   public:
     looker(const zoom_calibration &zoom, const calibrate_shot &shot, const calib::board &board,
@@ -75,7 +86,7 @@ class looker {
     };
 
     bool look_at_board(touch_up_look *look, std::string *error) {
-        if (look->corners < std::min(min_corners, board_.corner_count())) {
+        if (!known_.is_enough()) {
             *error = "too few corners of the board in both pictures";
             return false;
         }
@@ -92,16 +103,7 @@ class looker {
 
     using sigma_function = double (*)(const adjustment *, const double *);
 
-    using places = std::array<std::array<double, 2>, 2>;
-
-    /// Of pixels of the left and of the right picture.
-    places on_sensor(const touch_up_marks::place &px) const {
-        places at = {{{px[0], px[1]}, {px[2], px[3]}}};
-        for (size_t side = 0; side < 2; side++) {
-            adjust_to_sensor(&shot_.state->origin.side[side].window, at[side].data());
-        }
-        return at;
-    }
+    places on_sensor(const touch_up_marks::place &px) const { return places_of(shot_, px); }
 
     /// With the pair's own matches, and a thing at infinity whose sigma is taken `factor` times.
     int solve(double factor) {
@@ -266,39 +268,20 @@ class looker {
     }
 
     void collect() {
-        for (int i = 0; i < board_.corner_count(); i++) {
-            points_.push_back({(i % board_.columns) * board_.square_mm,
-                               (i / board_.columns) * board_.square_mm, 0});
+        known_ = known_size_find(shot_, board_, capture_);
+        for (size_t i = 0; i + 1 < known_.seen.size(); i += 2) {
+            const target_observation &left = known_.seen[i], &right = known_.seen[i + 1];
+            pairs_.push_back(
+                {left.point,
+                 {{{left.pixel_px[0], left.pixel_px[1]}, {right.pixel_px[0], right.pixel_px[1]}}}});
         }
-        std::vector<const calib::corner *> left(points_.size());
-        for (const calib::corner &corner : capture_.view[0].corners) {
-            left[size_t(corner.index)] = &corner;
-        }
-        double square = 0;
-        for (const calib::corner &corner : capture_.view[1].corners) {
-            const calib::corner *other = left[size_t(corner.index)];
-            if (other != nullptr) {
-                pairs_.push_back({corner.index,
-                                  on_sensor({other->x_px, other->y_px, corner.x_px, corner.y_px})});
-                square += other->sigma_px * other->sigma_px + corner.sigma_px * corner.sigma_px;
-            }
-        }
-        for (const both &pair : pairs_) {
-            for (size_t side = 0; side < 2; side++) {
-                target_observation observation{
-                    int(side), pair.index, {pair.px[side][0], pair.px[side][1]}};
-                observations_.push_back(observation);
-            }
-        }
-        const double count = std::max(1.0, 2.0 * double(pairs_.size()));
-        sigma_px_ = std::max(min_sigma_px, std::sqrt(square / count));
     }
 
     adjust_track track_of(const both &pair) const {
         adjust_track track{};
         track.count = 2;
         track.view[1] = 1;
-        track.sigma_px = sigma_px_;
+        track.sigma_px = known_.sigma_px;
         for (size_t side = 0; side < 2; side++) {
             std::copy(pair.px[side].begin(), pair.px[side].end(), track.pixel_px[side]);
         }
@@ -307,8 +290,8 @@ class looker {
 
     /// Sides of the squares along the board's rows; none if a corner cannot be placed.
     std::vector<double> sides(const adjustment &adjustment) const {
-        std::vector<std::array<double, 3>> at(points_.size());
-        std::vector<bool> known(points_.size());
+        std::vector<std::array<double, 3>> at(known_.points_mm.size());
+        std::vector<bool> known(known_.points_mm.size());
         std::vector<double> found;
         for (const both &pair : pairs_) {
             adjust_track track = track_of(pair);
@@ -321,7 +304,7 @@ class looker {
                                       point.origin_mm[2] + 1 / point.w};
             known[size_t(pair.index)] = true;
         }
-        for (size_t i = 0; i + 1 < points_.size(); i++) {
+        for (size_t i = 0; i + 1 < known_.points_mm.size(); i++) {
             if (known[i] && known[i + 1] && (i + 1) % size_t(board_.columns) != 0) {
                 found.push_back(std::hypot(at[i][0] - at[i + 1][0], at[i][1] - at[i + 1][1],
                                            at[i][2] - at[i + 1][2]));
@@ -372,7 +355,7 @@ class looker {
                 return false;
             }
             rows.push_back(std::abs(residual) * std::sqrt(2.0));
-            sigmas.push_back(std::hypot(sigma_of(&adjustment_, gradient), sigma_px_) *
+            sigmas.push_back(std::hypot(sigma_of(&adjustment_, gradient), known_.sigma_px) *
                              std::sqrt(2.0));
         }
         fit->rows_px = median(rows);
@@ -418,15 +401,11 @@ class looker {
     }
 
     bool fit_board(touch_up_look *look) {
-        target_ = {};
-        target_.points = int(points_.size());
-        target_.observations = int(observations_.size());
-        target_.point_mm = reinterpret_cast<const double(*)[3]>(points_.data());
-        target_.observation = observations_.data();
+        target_ = known_.target();
         (void)solve(from_far_to_near[0]);
         adjustment_.target = &target_;
         for (const double factor : from_far_to_near) {
-            target_.sigma_px = factor * sigma_px_;
+            target_.sigma_px = factor * known_.sigma_px;
             if (!adjust_target_place(adjustment_.view, &target_)) {
                 return false;
             }
@@ -455,10 +434,8 @@ class looker {
     const calib::board &board_;
     const calib::capture &capture_;
     bool corrects_;
-    std::vector<std::array<double, 3>> points_;
+    known_size known_;
     std::vector<both> pairs_;
-    std::vector<target_observation> observations_;
-    double sigma_px_ = min_sigma_px;
     zoom_state state_ = {};
     std::vector<adjust_track> own_;  // matches of the two pictures
     adjustment adjustment_ = {};
@@ -486,6 +463,48 @@ double board_fit::far_z() const {
 
 double board_fit::rows_z() const {
     return rows_sigma_px > 0 ? rows_px / rows_sigma_px : 0;
+}
+
+known_size known_size_find(const calibrate_shot &shot, const calib::board &board,
+                           const calib::capture &capture) {
+    known_size known;
+    for (int i = 0; i < board.corner_count(); i++) {
+        known.points_mm.push_back(
+            {(i % board.columns) * board.square_mm, (i / board.columns) * board.square_mm, 0});
+    }
+    std::vector<const calib::corner *> left(known.points_mm.size());
+    for (const calib::corner &corner : capture.view[0].corners) {
+        left[size_t(corner.index)] = &corner;
+    }
+    double square = 0;
+    for (const calib::corner &corner : capture.view[1].corners) {
+        const calib::corner *other = left[size_t(corner.index)];
+        if (other == nullptr) {
+            continue;
+        }
+        const places at = places_of(shot, {other->x_px, other->y_px, corner.x_px, corner.y_px});
+        for (size_t side = 0; side < 2; side++) {
+            known.seen.push_back({int(side), corner.index, {at[side][0], at[side][1]}});
+        }
+        square += other->sigma_px * other->sigma_px + corner.sigma_px * corner.sigma_px;
+    }
+    const double count = std::max<double>(1, double(known.seen.size()));
+    known.sigma_px = std::max(min_sigma_px, std::sqrt(square / count));
+    return known;
+}
+
+bool known_size::is_enough() const {
+    return seen.size() / 2 >= std::min(size_t(min_corners), points_mm.size());
+}
+
+adjust_target known_size::target() const {
+    adjust_target target{};
+    target.points = int(points_mm.size());
+    target.observations = int(seen.size());
+    target.point_mm = reinterpret_cast<const double(*)[3]>(points_mm.data());
+    target.observation = seen.data();
+    target.sigma_px = sigma_px;
+    return target;
 }
 
 calibrate_views touch_up_views(const touch_up_marks &marks,

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "stereo/geometry/calibration.h"
+#include "stereo/zoom/adjust_target.h"
 #include "tools/host/calibrate/calibrate_views.hpp"
 
 /// How a board measures with a calibration, against how well that is predicted.
@@ -55,6 +56,19 @@ struct touch_up_look {
     double depth_sigma_mm = 0, fitted_depth_sigma_mm = 0, corrected_depth_sigma_mm = 0;
     calibration rig = {};  // calibration of the whole sensor, corrected by the size
 };
+
+/// A board, or two marks, where both cameras see it.
+struct known_size {
+    std::vector<std::array<double, 3>> points_mm;
+    std::vector<target_observation> seen;  // on the sensors: left (view 0) and right (1) in turn
+    double sigma_px = 0;
+
+    bool is_enough() const;        // enough points to correct cameras by
+    adjust_target target() const;  // refers to this
+};
+
+known_size known_size_find(const calibrate_shot &shot, const calib::board &board,
+                           const calib::capture &capture);
 
 /// The two marks as a board of two corners, of each shot.
 calibrate_views touch_up_views(const touch_up_marks &marks,

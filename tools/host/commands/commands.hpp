@@ -53,8 +53,11 @@ int command_evaluate(int argc, char **argv);
 int command_info(int argc, char **argv);
 
 /// `vergence measure`: the surface of a session that an instrument's `measure` took, by
-/// `vergence reconstruct`, which is passed.
-int command_measure(int argc, char **argv, int (*reconstruct)(int argc, char **argv));
+/// `vergence reconstruct`, which is passed. `target`: a thing of known size in the pictures, as in
+/// struct reconstruct_adjust_scene; NULL: none.
+struct adjust_target;
+int command_measure(int argc, char **argv,
+                    int (*reconstruct)(int argc, char **argv, const adjust_target *target));
 
 /// `vergence simulate`: executes the simulated rig, if it was built.
 int command_simulate(int argc, char **argv);

@@ -95,6 +95,11 @@ std::string calibration_table(const reconstruct_context &context, const report_f
                      report_text_format("%.3g mm at %.0f mm; before %.3g mm", refined.depth.after,
                                         refined.depth_mm, refined.depth.before));
     }
+    if (context.target_points > 0) {
+        rows += page_row("with a known size",
+                         report_text_format("%d points; without it %.3g mm", context.target_points,
+                                            context.without_target.depth.after));
+    }
     if (context.with_pair_used) {
         rows +=
             page_row("second pair, pan stood still", "pair " + std::to_string(context.with_pair));
