@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs of the demo's board that the simulated rig takes, and the corners in them."""
+"""Pairs that the simulated rig takes at stated zooms, and the demo's board in them."""
+import contextlib
+import json
 import shutil
 import tempfile
 from pathlib import Path
@@ -14,26 +16,47 @@ BOARD = ("--board", "10x7", "--square", "24", "--charuco", "4x4_50", "--marker",
 COLUMNS, SQUARE_MM, MARKER_MM = 10, 24, 17
 
 
-def take(context, scene, zooms, distance_mm, window=None):
-    """The session m of a pair for each of the commands `zooms`, aimed at the distance; from the folder if it is
-    there. Replies to the commands are in replies.json beside it."""
+@contextlib.contextmanager
+def instrument(context, scene):
+    with tempfile.TemporaryDirectory(prefix="vergence-figures-") as work:
+        with Instrument((context.program("vergence"), context.program("vergenced")), Path(work), scene,
+                        context.seed, context.calibration / "instrument.zoom", context.threads) as rig:
+            yield rig
+
+
+def keep(rig, session):
+    """Moves the session of that name from the instrument's files."""
+    shutil.move(rig.files / session.name, session)
+
+
+def take(context, scene, zooms, distance_mm, right_mm=0):
+    """A session with a pair for each of the commands `zooms`, aimed at the distance; from the folder if it is
+    there. The replies to the commands are in replies.json beside it."""
     session = context.folder / "session"
     if session.exists():
         return session
-    with tempfile.TemporaryDirectory(prefix="vergence-figures-") as work:
-        with Instrument((context.program("vergence"), context.program("vergenced")), Path(work), scene,
-                        context.seed, context.calibration / "instrument.zoom", context.threads) as instrument:
-            replies = []
-            for line in ("bringup", f"window {window}" if window else "", f"aim distance={distance_mm}", "iris f/5.6"):
-                if line:
-                    instrument.command(line)
-            for number, line in enumerate(zooms):
-                context.progress(f"{Path(scene).stem}> {line}")
-                replies.append(instrument.figures(line))
-                instrument.command("autoexpose iris=no")
-                instrument.command(f"capture m{' add=yes' if number else ''}")
-            shutil.move(instrument.files / "m", session)
+    with instrument(context, scene) as rig:
+        replies = []
+        for line in ("bringup", f"aim distance={distance_mm} right={right_mm}", "iris f/5.6"):
+            rig.command(line)
+        for number, line in enumerate(zooms):
+            context.progress(f"{Path(scene).stem}> {line}")
+            replies.append(rig.figures(line))
+            if number == 0:  # the f-number stays
+                rig.command("autoexpose iris=no")
+            rig.command(f"capture session{' add=yes' if number else ''}")
+        (context.folder / "replies.json").write_text(json.dumps(replies, indent=2) + "\n", encoding="utf-8")
+        keep(rig, session)
     return session
+
+
+def reconstructed(context, session, number, *words):
+    """result.json of a pair's surface, in the folder under the session's name and the pair's number."""
+    out = context.folder / f"{session.name}_{number}"
+    if not (out / "result.json").exists():
+        run([context.program("vergence"), "reconstruct", session, "--pair", str(number), "--calibration",
+             context.calibration / "instrument.zoom", *words, "--out", out, "--quiet"])
+    return json.loads((out / "result.json").read_text(encoding="utf-8"))
 
 
 def pictures(session, number):
@@ -63,7 +86,7 @@ def opencv_corners(picture):
 
 
 def corners_of(path):
-    """Of a file of corners: picture -> corner number -> position."""
+    """Of a file of corners: picture -> corner number -> position, in the file's order."""
     found, seen = {}, {}
     for line in path.read_text(encoding="ascii").splitlines():
         if not line.startswith("#"):
@@ -75,9 +98,9 @@ def corners_of(path):
 
 
 def detect(context, session, number):
-    """The corners that the product's detector finds in a pair: of each side as in corners_of."""
+    """The corners that the product's detector finds in both pictures of a pair, by number."""
     out = context.folder / f"corners_{number}"
     if not (out / "corners.vnl").exists():
         run([context.program("vergence"), "calibrate", f"{session}:{number}", *BOARD, "--touch-up",
              context.calibration / "instrument.zoom", "--out", out, "--quiet"])
-    return corners_of(out / "corners.vnl")
+    return list(corners_of(out / "corners.vnl").values())

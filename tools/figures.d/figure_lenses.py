@@ -9,7 +9,6 @@ import numpy as np
 
 import board_shots
 from figure import Figure, Picture, Table
-from rig import run
 from surface_picture import jpeg, smaller
 
 WIDTH_MM, DISTANCE_MM = 450, 1800
@@ -39,11 +38,8 @@ def row_differences(images):
 
 def pair(context):
     shot = board_shots.take(context, "charuco", [f"zoom fit={WIDTH_MM} distance={DISTANCE_MM}"], DISTANCE_MM)
-    result = context.folder / "surface"
-    if not (result / "result.json").exists():
-        run([context.program("vergence"), "reconstruct", shot, "--calibration",
-             context.calibration / "instrument.zoom", "--near", 1500, "--far", 2500, "--threads", context.threads,
-             "--out", result, "--quiet"])
+    board_shots.reconstructed(context, shot, 1, "--near", "1500", "--far", "2500", "--threads", str(context.threads))
+    result = context.folder / f"{shot.name}_1"
     raw = board_shots.pictures(shot, 1)
     rectified = [cv2.imread(str(result / f"{side}_rectified.png")) for side in SIDES]
     rows, pictures = [], []
