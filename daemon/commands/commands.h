@@ -69,6 +69,10 @@ struct tftp_observer commands_observe_transfer(struct command_call *call);
 /// Adds what `capture` reports of a pair to its answer.
 void pair_reply_put(const struct command_call *call, const struct captured_pair *captured);
 
+/// Checks, before there is any data, that a session of this name can be started; nothing if it is
+/// not given. 0, or an error with the call's message. The rig's thread only.
+int commands_session_check_name(const struct command_call *call, const struct command_value *name);
+
 /// Adds the current recording, if there is one, to the answer of `status`. The rig's thread only.
 void commands_session_put_state(const struct command_call *call);
 
@@ -108,6 +112,12 @@ int commands_calibration_zoom(const struct command_call *call, struct zoom_calib
 struct calibration_match_state;
 void commands_calibration_now(const struct command_call *call,
                               struct calibration_match_state *state);
+
+/// Whether a calibration of all zooms is of this instrument and its cameras, as far as they are
+/// known: 0, also where it is not but `accepted`, or ERROR_MISMATCH with the call's message. Its
+/// axes may stand anywhere. The rig's thread only.
+int commands_calibration_check_zoom(const struct command_call *call,
+                                    const struct zoom_calibration *zoom, bool accepted);
 
 /// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
 /// of `status`, with the reason if not. The rig's thread only.

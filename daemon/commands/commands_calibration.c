@@ -361,7 +361,8 @@ static int run_show(const struct command_call *call) {
 }
 
 /// Rejects a calibration of another instrument or of other axis positions, unless accepted.
-static int check_match(const struct command_call *call, const struct calibration *calibration) {
+static int check_match(const struct command_call *call, const struct calibration *calibration,
+                       bool accepted) {
     struct calibration_match_state state;
     struct message message;
     if (call->rig->state != RIG_READY) {
@@ -372,7 +373,6 @@ static int check_match(const struct command_call *call, const struct calibration
         return error;
     }
     commands_calibration_now(call, &state);
-    const bool accepted = command_is_set(&call->values[ACCEPT]);
     error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
     if (error == ERROR_SIZE_MISMATCH) {
         return ERROR_OK;  // the window may be set later, and a calibration of all zooms is cut to
@@ -426,7 +426,7 @@ static int check_one(const struct command_call *call, const char *name,
     if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
     }
-    error = check_match(call, &calibration);
+    error = check_match(call, &calibration, command_is_set(&call->values[ACCEPT]));
     if (error == ERROR_OK && !call->values[UNIT].given &&
         length_check_baseline(calibration_baseline_mm(&calibration), name,
                               "\"calibration set FILE unit=mm\" accepts it", &message) != 0) {
@@ -435,17 +435,9 @@ static int check_one(const struct command_call *call, const char *name,
     return error == ERROR_OK ? record_axes(call, &calibration, text, recorded) : error;
 }
 
-/// Checks a zoom calibration: that it is of this instrument and its cameras. Its axes may stand
-/// anywhere.
-static int check_zoom(const struct command_call *call, const char *name,
-                      const struct calibration_text *text) {
+int commands_calibration_check_zoom(const struct command_call *call,
+                                    const struct zoom_calibration *zoom, bool accepted) {
     struct calibration of_rig;
-    struct zoom_calibration *zoom;
-    struct message message;
-    int error = calibration_at_read_zoom(name, text->data, text->length, &zoom, &message);
-    if (error != ERROR_OK) {
-        return command_fail(call, error, "%s", message.text);
-    }
     memset(&of_rig, 0, sizeof of_rig);
     of_rig.has_origin = true;
     memcpy(of_rig.origin.instrument, zoom->instrument, sizeof zoom->instrument);
@@ -453,8 +445,21 @@ static int check_zoom(const struct command_call *call, const char *name,
         memcpy(of_rig.origin.side[side].camera, zoom->camera[side].name,
                sizeof zoom->camera[side].name);
     }
+    return check_match(call, &of_rig, accepted);
+}
+
+/// Checks a zoom calibration: that it is of this instrument and its cameras.
+static int check_zoom(const struct command_call *call, const char *name,
+                      const struct calibration_text *text) {
+    struct zoom_calibration *zoom;
+    struct message message;
+    int error = calibration_at_read_zoom(name, text->data, text->length, &zoom, &message);
+    if (error != ERROR_OK) {
+        return command_fail(call, error, "%s", message.text);
+    }
+    error = commands_calibration_check_zoom(call, zoom, command_is_set(&call->values[ACCEPT]));
     free(zoom);
-    return check_match(call, &of_rig);
+    return error;
 }
 
 static int set_text(const struct command_call *call, const char *name,

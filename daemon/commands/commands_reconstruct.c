@@ -12,12 +12,9 @@
 
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/session/calibration_match.h"
-#include "daemon/session/capture.h"
+#include "daemon/commands/surface_run.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/surface/length_check.h"
-#include "daemon/surface/reconstruct_job.h"
-#include "daemon/surface/reconstruct_session.h"
 #include "daemon/surface/result/result_figures.h"
 
 /// The options follow: the first RECONSTRUCT_SHARED of reconstruct_arguments.
@@ -26,15 +23,8 @@ enum { SESSION, OPTIONS, ARGUMENTS = OPTIONS + RECONSTRUCT_SHARED };
 /// One call. Allocated, as it is large.
 struct surface {
     const struct command_call *call;
-    char session[FILES_NAME_MAX + 1];
-    char result[FILES_NAME_MAX + 64];
-    char out_path[ATOMIC_DIR_PATH_BYTES];
-    char *stored;                    // the saved calibration; NULL: none, or not read
-    struct session_pairs pairs;      // work space
-    struct captured_pair *captured;  // the pair in memory; NULL: the pair is in a session
-    struct reconstruct_session source;
-    struct reconstruct_request request;
-    struct reconstruct_job job;
+    struct session_pairs pairs;  // work space
+    struct surface_run run;
 };
 
 /// Whether a session can be read and has no pair: a capture was killed, or nothing was captured
@@ -88,18 +78,19 @@ static bool find_newest(int root, char *name, struct session_pairs *pairs) {
 static int choose_session(struct surface *self) {
     const struct command_call *call = self->call;
     const struct command_value *value = &call->values[SESSION];
+    struct surface_run *run = &self->run;
     int error = files_need_directory(call);
     if (error != ERROR_OK) {
         return error;
     }
     if (value->given) {
         error = files_check_plain(call, value->text);
-        snprintf(self->session, sizeof self->session, "%s", value->text);
-    } else if (self->request.pair == 0 &&
-               (self->captured = last_pair_use(&daemon_of(call)->last_pair)) != NULL) {
-        snprintf(self->session, sizeof self->session, "%s", self->captured->name);
+        snprintf(run->session, sizeof run->session, "%s", value->text);
+    } else if (run->request.pair == 0 &&
+               (run->captured = last_pair_use(&daemon_of(call)->last_pair)) != NULL) {
+        snprintf(run->session, sizeof run->session, "%s", run->captured->name);
         return ERROR_OK;
-    } else if (!find_newest(daemon_of(call)->files_fd, self->session, &self->pairs)) {
+    } else if (!find_newest(daemon_of(call)->files_fd, run->session, &self->pairs)) {
         error =
             command_fail(call, ERROR_MISSING,
                          "reconstruct: no pair and no session with one (\"capture\" makes one)");
@@ -108,81 +99,30 @@ static int choose_session(struct surface *self) {
         return error;
     }
     // Rejects links: only sessions in "files" are read.
-    const int fd = files_open_directory(call, self->session);
+    const int fd = files_open_directory(call, run->session);
     if (fd >= 0) {
         close(fd);
     }
     return fd < 0 ? fd : ERROR_OK;
 }
 
-static void load_saved(struct surface *self) {
-    const struct hal_store *store = daemon_of(self->call)->store;
-    size_t length = 0;
-    if (store == NULL) {
-        return;
-    }
-    self->stored = malloc(STORE_CALIBRATION_BYTES);
-    const int error = self->stored == NULL
-                          ? ERROR_MEMORY
-                          : store->operations->load(store->self, STORE_CALIBRATION, self->stored,
-                                                    STORE_CALIBRATION_BYTES, &length);
-    if (error == ERROR_OK) {
-        INVARIANT(length <= STORE_CALIBRATION_BYTES);
-        self->source.stored_text = self->stored;
-        self->source.stored_length = length;
-    } else if (error != ERROR_MISSING) {
-        self->source.stored_error = error;  // reported only if the session has no calibration
-    }
-}
-
 static int make_request(struct surface *self) {
     const struct command_value *values = self->call->values;
-    self->request = reconstruct_request_defaults();
-    command_store(reconstruct_arguments, RECONSTRUCT_SHARED, values + OPTIONS, &self->request);
-    const char *wrong = reconstruct_request_check_search(&self->request);
+    struct reconstruct_request *request = &self->run.request;
+    *request = reconstruct_request_defaults();
+    command_store(reconstruct_arguments, RECONSTRUCT_SHARED, values + OPTIONS, request);
+    const char *wrong = reconstruct_request_check_search(request);
     if (wrong != NULL) {
         return command_fail(self->call, ERROR_RANGE, "reconstruct: %s", wrong);
     }
     struct message message;
-    int error =
-        result_format_check(self->request.files, reconstruct_program_system.writers, &message);
+    int error = result_format_check(request->files, reconstruct_program_system.writers, &message);
     if (error != ERROR_OK) {
         return command_fail(self->call, error, "reconstruct: %s", message.text);
     }
-    error = length_check_depth(self->request.depth_mm[0], self->request.depth_mm[1],
+    error = length_check_depth(request->depth_mm[0], request->depth_mm[1],
                                "reconstruct: near and far", "", &message);
-    if (error != ERROR_OK) {
-        return command_fail(self->call, error, "%s", message.text);
-    }
-    self->source.missing = ", and none is saved (\"calibration set FILE\" first)";
-    self->source.parent = daemon_of(self->call)->files_fd;
-    self->source.path = self->session;
-    self->source.number = (uint32_t)self->request.pair;
-    return ERROR_OK;
-}
-
-/// Reads the session and sets the path of the results, which depends on the pair found.
-static int read_session(void *cookie, const struct reconstruct_request *request,
-                        struct reconstruct_inputs *inputs, struct reconstruct_context *context,
-                        struct message *message) {
-    struct surface *self = cookie;
-    const char *files = daemon_of(self->call)->config.files;
-    const int error = reconstruct_session_read(&self->source, request, inputs, context, message);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    struct stat about;
-    snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session,
-             self->source.pair.pair.number);
-    // Rejects links: results are only written in "files".
-    if (fstatat(daemon_of(self->call)->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
-        S_ISLNK(about.st_mode)) {
-        return message_set(message, ERROR_ARGUMENT, "%s: is a link (remove it)", self->result);
-    }
-    const int length =
-        snprintf(self->out_path, sizeof self->out_path, "%s/%s", files, self->result);
-    INVARIANT(length > 0 && (size_t)length < sizeof self->out_path);
-    return ERROR_OK;
+    return error == ERROR_OK ? ERROR_OK : command_fail(self->call, error, "%s", message.text);
 }
 
 static bool should_stop(void *cookie) {
@@ -199,25 +139,25 @@ static void show_progress(void *cookie, int stage, const char *what, int done, i
 }
 
 static void reply_points(const struct surface *self) {
-    const struct reconstruct_result *result = self->job.context.result;
+    const struct reconstruct_result *result = self->run.job.context.result;
     reply_number(self->call, "points", result_figures_measured_count(result), 0, NULL);
-    if (self->job.context.options->fill) {
+    if (self->run.job.context.options->fill) {
         reply_number(self->call, "filled", result->reason_count[REASON_FILLED], 0, NULL);
     }
 }
 
 static void reply_figures(const struct surface *self) {
     const struct command_call *call = self->call;
-    const struct reconstruct_context *context = &self->job.context;
+    const struct reconstruct_context *context = &self->run.job.context;
     const struct reconstruct_result *result = context->result;
     struct result_figures_quantiles spread;
-    reply_text(call, "session", self->session);
-    reply_number(call, "pair", self->source.pair.pair.number, 0, NULL);
-    reply_number(call, "skew", (double)self->source.pair.pair.skew_us, 0, "us");
-    reply_text(call, "result", self->result);
+    reply_text(call, "session", self->run.session);
+    reply_number(call, "pair", self->run.source.pair.pair.number, 0, NULL);
+    reply_number(call, "skew", (double)self->run.source.pair.pair.skew_us, 0, "us");
+    reply_text(call, "result", self->run.result);
     reply_text(call, "calibration", context->calibration->id);
-    reply_text(call, "calibration_from", self->source.own ? "session" : "kept");
-    reply_text(call, "calibration_cut", self->source.cut ? "yes" : "no");
+    reply_text(call, "calibration_from", self->run.source.own ? "session" : "kept");
+    reply_text(call, "calibration_cut", self->run.source.cut ? "yes" : "no");
     reply_points(self);
     reply_number(call, "triangles", result->triangle_count, 0, NULL);
     reply_number(call, "density", result_figures_density_percent(result), 1, "%");
@@ -254,58 +194,19 @@ static void reply_figures(const struct surface *self) {
     reply_group_end(call);
 }
 
-/// Adds the warnings to the message, as they are likely causes of the failure.
-static int refuse_with_notes(const struct surface *self, int error) {
-    const struct reconstruct_context *context = &self->job.context;
-    char text[MESSAGE_BYTES];
-    size_t length = (size_t)snprintf(text, sizeof text, "%s", self->job.message.text);
-    const int notes = error == ERROR_NO_SURFACE ? context->warning_count : 0;
-    for (int i = 0; i < notes && length < sizeof text; i++) {
-        length += (size_t)snprintf(text + length, sizeof text - length, "; note: %s",
-                                   context->warnings[i].text);
-    }
-    // In this job ERROR_BUFFER is a full disk.
-    return command_fail(self->call, error == ERROR_BUFFER ? ERROR_IO : error, "%s", text);
-}
-
-/// Leaves the memory of the stages for `system`.
-static void keep_peaks(const struct surface *self) {
-    struct daemon *daemon = daemon_of(self->call);
-    _Static_assert((int)RECONSTRUCT_STAGES <= (int)DAEMON_STAGES_MAX, "all stages fit");
-    for (int stage = 0; stage < RECONSTRUCT_STAGES; stage++) {
-        daemon->stages[stage].name = reconstruct_stage_text((enum reconstruct_stage)stage);
-        daemon->stages[stage].peak_bytes = self->job.result.stage_peak_bytes[stage];
-    }
-}
-
 static int compute(struct surface *self) {
-    const struct reconstruct_caller caller = {.scale = "scale",
-                                              .smaller = "scale",
-                                              .depth = "near and far",
-                                              .search = "near and far",
-                                              .accept = CAPTURE_ACCEPT_WORD,
-                                              .read = read_session,
-                                              .source = self,
-                                              .should_stop = should_stop,
-                                              .progress = show_progress,
-                                              .self = self};
-    struct reconstruct_job *job = &self->job;
-    self->request.out_path = self->out_path;
-    job->program = &reconstruct_program_system;
-    job->request = &self->request;
-    job->caller = &caller;
-    job->check_space = true;
-    job->files = daemon_of(self->call)->files_fd;
-    job->files_limit_bytes = (uint64_t)daemon_of(self->call)->config.files_limit_mb * 1000000;
-    int error = reconstruct_job_run(job);
-    keep_peaks(self);
-    if (error == ERROR_OK) {
-        reply_figures(self);
-    } else {
-        error = refuse_with_notes(self, error);
+    struct surface_run *run = &self->run;
+    run->daemon = daemon_of(self->call);
+    run->keep = true;
+    run->should_stop = should_stop;
+    run->progress = show_progress;
+    run->self = self;
+    const int error = surface_run(run);
+    if (error != ERROR_OK) {
+        return command_fail(self->call, error, "%s", run->message);
     }
-    reconstruct_job_end(job);
-    return error;
+    reply_figures(self);
+    return ERROR_OK;
 }
 
 static int run_reconstruct(const struct command_call *call) {
@@ -319,12 +220,9 @@ static int run_reconstruct(const struct command_call *call) {
         error = choose_session(self);
     }
     if (error == ERROR_OK) {
-        self->source.captured = self->captured;
-        load_saved(self);
         error = compute(self);
     }
-    last_pair_give_back(self->captured);
-    free(self->stored);
+    surface_run_end(&self->run);
     free(self);
     return error;
 }

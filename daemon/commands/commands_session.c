@@ -86,6 +86,10 @@ static int check_name(const struct command_call *call, const struct command_valu
     return error != ERROR_OK ? error : beginning.error;
 }
 
+int commands_session_check_name(const struct command_call *call, const struct command_value *name) {
+    return check_name(call, name, false);
+}
+
 static void write_beginning(void *cookie) {
     struct beginning *self = cookie;
     const struct command_call *call = self->call;

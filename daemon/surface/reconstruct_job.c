@@ -54,8 +54,8 @@ static void choose_options(struct reconstruct_job *job) {
     options->keep_all = request->keep_all;
     options->fill = request->fill;
     options->refine = !request->no_refine;
-    // Only the host's writers read the surface as a whole.
-    options->recompute_surface = job->program->make_mesh == NULL;
+    // Only the host's writers, and callers without any, read the surface as a whole.
+    options->recompute_surface = job->program->make_mesh == NULL && request->out_path != NULL;
     if (request->preset >= 0) {
         options->preset = (enum match_preset)request->preset;
     }
@@ -120,7 +120,7 @@ static int protect_inputs(const struct reconstruct_job *job, struct message *mes
     const char *option = "--out";
     const char *name = NULL;
     const char *input = NULL;
-    for (int k = 0; input == NULL && k < RESULT_FORMATS; k++) {
+    for (int k = 0; input == NULL && request->out_path != NULL && k < RESULT_FORMATS; k++) {
         if (job->program->writers[k] != NULL) {
             name = result_formats[k].file_name;
             input = replaced_input(request, request->out_path, name);
@@ -240,8 +240,9 @@ static int allocate(struct reconstruct_job *job) {
         return message_set(&job->message, ERROR_MEMORY, "out of memory for threads");
     }
     job->context.threads = workers_parallel(job->workers)->threads;
-    const struct free_space need =
+    struct free_space need =
         reconstruct_space_need(&job->context, job->program, job->request->files);
+    need.files_bytes = job->request->out_path != NULL ? need.files_bytes : 0;
     job->context.arena_bytes = job->memory_bytes = (size_t)need.memory_bytes;
     if (job->check_space) {
         const struct free_space available = free_space_now(job->files, job->files_limit_bytes);
@@ -478,7 +479,7 @@ static int make_results(struct reconstruct_job *job) {
     if (error != ERROR_OK) {
         return error;
     }
-    return write_results(job);
+    return job->request->out_path != NULL ? write_results(job) : ERROR_OK;
 }
 
 static int run(struct reconstruct_job *job) {
@@ -486,7 +487,8 @@ static int run(struct reconstruct_job *job) {
     if (error != ERROR_OK) {
         return error;
     }
-    error = begin_directory(job);
+    const bool writes = job->request->out_path != NULL;
+    error = writes ? begin_directory(job) : ERROR_OK;
     if (error != ERROR_OK) {
         return error;
     }
@@ -498,7 +500,7 @@ static int run(struct reconstruct_job *job) {
     if (error == ERROR_OK || error == ERROR_NO_SURFACE) {
         error = finish_debug(job, error);
     }
-    return error == ERROR_OK ? commit_results(job) : error;
+    return error == ERROR_OK && writes ? commit_results(job) : error;
 }
 
 int reconstruct_job_run(struct reconstruct_job *job) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// One reconstruction from its inputs to a directory of results that appears whole or not at all:
 /// shared by `vergence reconstruct` and the console's `reconstruct`. The caller supplies the source
-/// of the images and an observer, the program the writers.
+/// of the images and an observer, the program the writers. Without an output directory in the
+/// request only `result` is made, with its points.
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_JOB_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_JOB_H
 

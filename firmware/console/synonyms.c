@@ -25,7 +25,6 @@ static const struct synonym commands[] = {
     {"preview", "view"},
     {"live", "view"},
     {"picture", "view"},
-    {"measure", "reconstruct"},
     {"depth", "reconstruct"},
     {"surface", "reconstruct"},
     {"calibrate", "calibration"},

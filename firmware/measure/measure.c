@@ -124,6 +124,10 @@ struct measure_step measure_begin(struct measure *self, const struct measure_req
     return step_from(self, 0);
 }
 
+void measure_refresh(struct measure *self, const struct measure_instrument *instrument) {
+    self->instrument = *instrument;
+}
+
 // The instrument stopped: a pair that was taken needs it no longer.
 static struct measure_step step_after_loss(struct measure *self, int error) {
     if (self->result.pair == 0 || self->phase == MEASURE_SURFACE) {

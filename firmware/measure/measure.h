@@ -33,6 +33,9 @@ extern "C" {
 struct measure_step measure_begin(struct measure *self, const struct measure_request *request,
                                   const struct measure_instrument *instrument);
 
+/// Replaces what is known of the instrument: the bring-up, as a step, may have changed it.
+void measure_refresh(struct measure *self, const struct measure_instrument *instrument);
+
 /// The next step after one was carried out. At MEASURE_STEP_END `result` is complete.
 struct measure_step measure_next(struct measure *self, const struct measure_event *event);
 

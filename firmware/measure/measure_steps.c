@@ -130,6 +130,7 @@ static bool prepare_focus(struct measure *self, struct measure_step *step) {
 
 static bool prepare_pair(struct measure *self, struct measure_step *step) {
     step->kind = MEASURE_STEP_PAIR;
+    place(self, step);
     measure_explain(step,
                     self->tries > 0                     ? MEASURE_WHY_AGAIN
                     : self->phase == MEASURE_WIDE_PAIR  ? MEASURE_WHY_DISTANCE

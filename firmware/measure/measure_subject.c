@@ -16,9 +16,10 @@ enum {
     CONE_FIRST_Q20 = 1 << 14,  // 1 / 64: 28 mm at 1.8 m
     CONES = 5,
     // A layer around the ray is the subject if it has so much of the points there; a bin counts
-    // if it has so much of the points in view.
+    // if it has so much of the points in view: a table on which the
+    // subject stands reaches from near to far, but has little in each bin.
     LAYER_PART = 4,
-    BIN_PART = 2000,
+    BIN_PART = 50,
     // Of a quantile; offsets from the ray are counted in 1/1024 of the depth.
     END_PART = 100,
     ACROSS_BINS = 1024,
@@ -80,11 +81,14 @@ static bool is_in_cone(const struct measure_subject_request *request,
            absolute(offset_um(&request->ray, point, 1)) <= limit_um;
 }
 
+// Whether a picture around the ray, 4 : 3 as the sensors', shows it. `half_q20`: slope of its side;
+// 0: all are shown.
 static bool is_in_view(const struct measure_subject_request *request,
-                       const struct triangulate_point *point) {
+                       const struct triangulate_point *point, int64_t half_q20) {
+    const int64_t limit_um = point->z_um * half_q20 / (1 << 20);
     return is_counted(request, point) &&
-           (request->half_um == 0 ||
-            absolute(offset_um(&request->ray, point, 0)) <= request->half_um);
+           (half_q20 == 0 || (absolute(offset_um(&request->ray, point, 0)) <= limit_um &&
+                              4 * absolute(offset_um(&request->ray, point, 1)) <= 3 * limit_um));
 }
 
 static void add(struct depths *depths, int32_t depth_um) {
@@ -164,12 +168,12 @@ static int64_t fill_cone(const struct triangulate_point *points, uint32_t count,
 
 // Twice the distance from the ray that all but 2 % of the subject's points have across.
 static int32_t width_of(const struct triangulate_point *points, uint32_t count,
-                        const struct measure_subject_request *request,
+                        const struct measure_subject_request *request, int64_t half_q20,
                         const struct measure_subject *subject) {
     uint32_t histogram[ACROSS_BINS] = {0}, total = 0;
     for (uint32_t i = 0; i < count; i++) {
         const struct triangulate_point *point = &points[i];
-        if (!is_in_view(request, point) || point->z_um < subject->near_um ||
+        if (!is_in_view(request, point, half_q20) || point->z_um < subject->near_um ||
             point->z_um > subject->far_um) {
             continue;
         }
@@ -201,9 +205,10 @@ bool measure_subject_find(const struct triangulate_point *points, uint32_t count
     const int middle = bin_of_rank(&depths, &around, around.points / 2);
     const int32_t middle_um =
         (int32_t)(((int64_t)depths.begin_um[middle] + depths.begin_um[middle + 1]) / 2);
+    const int64_t half_q20 = (int64_t)request->half_um * (1 << 20) / middle_um;
     begin(&depths);
     for (uint32_t i = 0; i < count; i++) {
-        if (is_in_view(request, &points[i])) {
+        if (is_in_view(request, &points[i], half_q20)) {
             add(&depths, points[i].z_um);
         }
     }
@@ -226,6 +231,6 @@ bool measure_subject_find(const struct triangulate_point *points, uint32_t count
                       ((int64_t)middle_um - ray->origin_um[2]) * ray->slope_q20[axis] / (1 << 20));
     }
     subject->middle_um[2] = middle_um;
-    subject->width_um = width_of(points, count, request, subject);
+    subject->width_um = width_of(points, count, request, half_q20, subject);
     return true;
 }

@@ -22,7 +22,8 @@ struct measure_ray {
 
 struct measure_subject_request {
     struct measure_ray ray;
-    /// Half of the width around the ray in which the subject is, um; 0: all of the view.
+    /// Half of the width of the picture around the ray in which the subject is, um at its depth; 0:
+    /// all of the view.
     int32_t half_um;
     int32_t near_um, far_um;  ///< depths that count; 0: not limited
 };

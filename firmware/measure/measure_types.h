@@ -173,7 +173,7 @@ struct measure_step {
     double f_number;
     bool keep_iris;
     bool has_place;         ///< else the middle, or what the request asks for
-    double place_px[2][2];  ///< where each camera has the subject
+    double place_px[2][2];  ///< where each camera has the subject, px of the whole sensor
     unsigned bracket, average;
     uint32_t pair, with_pair;  ///< numbers that events gave; 0: none
     double near_mm, far_mm;    ///< depths to search; 0 0: not known

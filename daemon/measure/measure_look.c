@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/measure/measure_look.h"
+
+#include <math.h>
+
+#include "core/math.h"
+#include "stereo/geometry/geometry.h"
+#include "stereo/zoom/adjust_expect.h"
+
+static const double um_per_mm = 1e3, q20 = 1 << 20;
+
+static int32_t to_um(double mm) {
+    return (int32_t)math_round(um_per_mm * math_max(-2e6, math_min(2e6, mm)));
+}
+
+struct measure_ray measure_look_middle(const struct calibration *calibration) {
+    static const double ahead[3] = {0, 0, 1};
+    double R_right_left[9], right_ahead[3], pupil_mm[3];
+    geometry_rotation_from_vector(calibration->rotation_right_left_rad, R_right_left);
+    geometry_rotate_back(R_right_left, ahead, right_ahead);
+    geometry_rotate_back(R_right_left, calibration->translation_right_left_mm, pupil_mm);
+    struct measure_ray ray;
+    for (int i = 0; i < 3; i++) {
+        ray.origin_um[i] = to_um(-pupil_mm[i] / 2);
+    }
+    const double z = 1 + math_max(right_ahead[2], 0);
+    for (int i = 0; i < 2; i++) {
+        ray.slope_q20[i] = (int32_t)math_round(q20 * right_ahead[i] / z);
+    }
+    return ray;
+}
+
+// Where the right camera sees a point of the left camera's frame, px of the whole sensor.
+static bool project_right(const struct reconstruct_context *context,
+                          const struct calibration_window *window, const double left_mm[3],
+                          double right_px[2]) {
+    const struct calibration *calibration = context->calibration;
+    double R_right_left[9], right_mm[3];
+    geometry_rotation_from_vector(calibration->rotation_right_left_rad, R_right_left);
+    geometry_rotate(R_right_left, left_mm, right_mm);
+    for (int i = 0; i < 3; i++) {
+        right_mm[i] += calibration->translation_right_left_mm[i];
+    }
+    if (!lens_project(&calibration->right, right_mm, right_px)) {
+        return false;
+    }
+    for (int i = 0; i < 2; i++) {
+        right_px[i] = (right_px[i] + 0.5) * context->shrink - 0.5;
+    }
+    if (window->skip > 0) {
+        adjust_to_sensor(window, right_px);
+    }
+    return true;
+}
+
+bool measure_look_find(const struct reconstruct_context *context,
+                       const struct calibration_window *window, const struct measure_look *look,
+                       struct measure_event *event) {
+    const struct reconstruct_result *result = context->result;
+    struct measure_subject_request request = {
+        .ray = look->ray != NULL ? *look->ray : measure_look_middle(context->calibration),
+        .half_um = look->width_per_mm > 0 ? 0 : to_um(look->width_mm / 2),
+        .near_um = to_um(look->near_mm),
+        .far_um = to_um(look->far_mm),
+    };
+    struct measure_subject subject;
+    if (result->points == NULL ||
+        !measure_subject_find(result->points, result->vertex_count, &request, &subject)) {
+        return false;
+    }
+    if (look->width_per_mm > 0) {
+        request.half_um =
+            to_um((look->width_mm + look->width_per_mm * subject.middle_um[2] / um_per_mm) / 2);
+        if (!measure_subject_find(result->points, result->vertex_count, &request, &subject)) {
+            return false;
+        }
+    }
+    double left_mm[3];
+    for (int i = 0; i < 3; i++) {
+        left_mm[i] = event->subject.left_mm[i] = subject.middle_um[i] / um_per_mm;
+    }
+    event->subject.near_mm = subject.near_um / um_per_mm;
+    event->subject.far_mm = subject.far_um / um_per_mm;
+    event->subject.width_mm = subject.width_um / um_per_mm;
+    return project_right(context, window, left_mm, event->subject.right_px);
+}

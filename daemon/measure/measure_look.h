@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The subject of a measurement in the coarse surface of a pair.
+#ifndef VERGENCE_DAEMON_MEASURE_MEASURE_LOOK_H
+#define VERGENCE_DAEMON_MEASURE_MEASURE_LOOK_H
+
+#include "daemon/surface/result/reconstruct_context.h"
+#include "measure/measure_subject.h"
+#include "measure/measure_types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct measure_look {
+    /// A point that is looked at, in the instrument's frame; NULL: the middle of both views.
+    const struct measure_ray *ray;
+    /// Width in which the subject is: mm + per_mm * its distance; 0 0: all of the view.
+    double width_mm, width_per_mm;
+    double near_mm, far_mm;  ///< depths that count; 0: not limited
+};
+
+/// Fills in the event's subject by a surface that has its points. `window`: the part of the sensor
+/// that the right frame shows. False: there is none.
+bool measure_look_find(const struct reconstruct_context *context,
+                       const struct calibration_window *window, const struct measure_look *look,
+                       struct measure_event *event);
+
+/// Where the line through the middle of both cameras, along the mean of their views, is.
+struct measure_ray measure_look_middle(const struct calibration *calibration);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/measure/measure_report.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "console/measure_text.h"
+#include "core/error.h"
+
+enum { SENTENCE_BYTES = 1024, KEY_BYTES = 40 };
+
+struct measure_report_step *measure_report_add(struct measure_report *self,
+                                               const struct measure_step *step, double at_s) {
+    if (self->steps == MEASURE_REPORT_STEPS_MAX) {
+        return NULL;
+    }
+    struct measure_report_step *added = &self->step[self->steps++];
+    struct command_text text = command_text_begin(added->text, sizeof added->text);
+    measure_text_add_step(&text, step);
+    added->at_s = at_s;
+    return added;
+}
+
+void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
+                            struct measure_event *event) {
+    const struct reconstruct_result *result = context->result;
+    struct result_figures_quantiles spread = {{0}, {0}};
+    uint32_t seen = 0;
+    self->points = result_figures_measured_count(result);
+    for (int reason = 0; reason < REASON_COUNT; reason++) {
+        self->reason_count[reason] = result->reason_count[reason];
+        seen += reason == REASON_BORDER || reason == REASON_OUT_OF_RANGE || reason == REASON_BEYOND
+                    ? 0
+                    : result->reason_count[reason];
+    }
+    if (result->vertex_count > 0) {
+        (void)reconstruct_context_spread(context, &spread);  // zeros: out of memory
+    }
+    memcpy(self->depth_mm, spread.depth_mm, sizeof self->depth_mm);
+    event->surface.depth_mm = spread.depth_mm[1];
+    event->surface.sigma_mm = spread.sigma_mm[1];
+    event->surface.common_mm = context->depth_sigma_common_mm;
+    event->surface.share = seen > 0 ? (double)self->points / seen : 0;
+    event->surface.with_used = context->with_pair_used;
+    event->misfit =
+        context->self_calibrated && context->self_calibration.health == ADJUST_CALIBRATE;
+}
+
+// ---- the answer
+
+static void put_known(const struct command_call *call, const char *key, double value, int decimals,
+                      const char *unit) {
+    if (value > 0) {
+        reply_number(call, key, value, decimals, unit);
+    }
+}
+
+static void put_wish(const struct command_call *call, const struct measure_request *request) {
+    static const char *const words[] = {[MEASURE_WISH_SUBJECT] = "subject",
+                                        [MEASURE_WISH_FIT] = "fit",
+                                        [MEASURE_WISH_DENSITY] = "density",
+                                        [MEASURE_WISH_ZOOM] = "zoom"};
+    char text[KEY_BYTES];
+    snprintf(text, sizeof text, request->wish == MEASURE_WISH_SUBJECT ? "%s" : "%s=%.6g",
+             words[request->wish], request->value);
+    reply_text(call, "wish", text);
+}
+
+static void put_steps(const struct measure_report *self, const struct command_call *call) {
+    reply_group_begin(call, "steps", true);
+    for (int i = 0; i < self->steps; i++) {
+        const struct measure_report_step *step = &self->step[i];
+        reply_group_begin(call, NULL, false);
+        reply_number(call, "at", step->at_s, 1, "s");
+        reply_number(call, "seconds", step->taken_s, 1, "s");
+        reply_text(call, "text", step->text);
+        if (step->failed[0] != '\0') {
+            reply_text(call, "failed", step->failed);
+        }
+        reply_group_end(call);
+    }
+    reply_group_end(call);
+}
+
+// "no texture: nothing to match" as no_texture.
+static void put_reasons(const struct measure_report *self, const struct command_call *call) {
+    reply_group_begin(call, "reasons", false);
+    for (int reason = 0; reason < REASON_COUNT; reason++) {
+        char key[KEY_BYTES];
+        size_t length = 0;
+        for (const char *at = reason_text(reason);
+             *at != '\0' && *at != ':' && length < sizeof key - 1; at++) {
+            key[length++] = *at == ' ' ? '_' : *at;
+        }
+        key[length] = '\0';
+        if (self->reason_count[reason] > 0) {
+            reply_number(call, key, self->reason_count[reason], 0, NULL);
+        }
+    }
+    reply_group_end(call);
+}
+
+static void put_surface(const struct measure_report *self, const struct command_call *call,
+                        const struct measure_result *result) {
+    reply_text(call, "result", self->result);
+    reply_number(call, "pair", result->pair, 0, NULL);
+    if (result->with_pair != 0) {
+        reply_number(call, "with_pair", result->with_pair, 0, NULL);
+    }
+    reply_number(call, "points", self->points, 0, NULL);
+    reply_number(call, "measured_percent", 100 * result->share, 1, "%");
+    reply_number(call, "distance_mm", result->depth_mm, 1, "mm");
+    reply_number(call, "depth_near_mm", self->depth_mm[0], 1, "mm");
+    reply_number(call, "depth_far_mm", self->depth_mm[2], 1, "mm");
+    reply_number(call, "sigma_point_mm", result->sigma_mm, 3, "mm");
+    if (result->common_mm >= 0) {
+        reply_number(call, "sigma_common_mm", result->common_mm, 3, "mm");
+    }
+    if (self->scale < 1) {
+        reply_number(call, "scale", self->scale, 3, NULL);
+    }
+    put_reasons(self, call);
+}
+
+static void put_texts(const struct command_call *call, const struct measure_result *result) {
+    reply_group_begin(call, "losses", true);
+    for (unsigned loss = 0; loss < MEASURE_LOSSES; loss++) {
+        if ((result->losses >> loss & 1) != 0) {
+            reply_text(call, NULL, measure_loss_text((enum measure_loss)loss));
+        }
+    }
+    reply_group_end(call);
+    reply_group_begin(call, "advice", true);
+    if (result->advice != MEASURE_ADVICE_NOTHING) {
+        reply_text(call, NULL, measure_advice_text(result->advice));
+    }
+    reply_group_end(call);
+    char sentence[SENTENCE_BYTES];
+    struct command_text text = command_text_begin(sentence, sizeof sentence);
+    measure_text_add_result(&text, result);
+    reply_text(call, "sentence", sentence);
+}
+
+void measure_report_put(const struct measure_report *self, const struct command_call *call,
+                        const char *name, const char *session,
+                        const struct measure_request *request,
+                        const struct measure_result *result) {
+    reply_text(call, "name", name);
+    if (self->captures > 0) {
+        reply_text(call, "session", session);
+    }
+    put_wish(call, request);
+    put_steps(self, call);
+    reply_number(call, "seconds", self->seconds, 1, "s");
+    reply_number(call, "computing_seconds", self->computing_seconds, 1, "s");
+    reply_number(call, "captures", self->captures, 0, NULL);
+    put_known(call, "density_px_per_mm2", result->density_per_mm2, 3, "px/mm^2");
+    put_known(call, "width_mm", result->width_mm, 1, "mm");
+    put_known(call, "near_sharp_mm", result->sharp_near_mm, 1, "mm");
+    put_known(call, "far_sharp_mm", result->sharp_far_mm, 1, "mm");
+    put_known(call, "f_number", self->f_number, 2, "f/");
+    if (self->exposures > 0) {
+        reply_group_begin(call, "exposures", true);
+        for (int i = 0; i < self->exposures; i++) {
+            reply_number(call, NULL, self->exposure_us[i], 0, "us");
+        }
+        reply_group_end(call);
+    }
+    if (result->error == ERROR_OK) {
+        put_surface(self, call, result);
+    }
+    put_texts(call, result);
+}

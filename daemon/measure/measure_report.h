@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a measurement decided and found, as the answer of `measure`.
+#ifndef VERGENCE_DAEMON_MEASURE_MEASURE_REPORT_H
+#define VERGENCE_DAEMON_MEASURE_MEASURE_REPORT_H
+
+#include <stdint.h>
+
+#include "console/command.h"
+#include "daemon/surface/result/reconstruct_context.h"
+#include "measure/measure.h"
+#include "rig/pair_frame.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { MEASURE_REPORT_STEPS_MAX = 48, MEASURE_REPORT_TEXT_BYTES = 256 };
+
+struct measure_report_step {
+    double at_s, taken_s;  ///< on the rig's clock
+    char text[MEASURE_REPORT_TEXT_BYTES];
+    char failed[MEASURE_REPORT_TEXT_BYTES];  ///< why it failed; "": it did not
+};
+
+/// Large: allocate it zeroed.
+struct measure_report {
+    struct measure_report_step step[MEASURE_REPORT_STEPS_MAX];
+    int steps;
+    unsigned captures;
+    double seconds;            ///< of the rig's clock
+    double computing_seconds;  ///< of the machine's clock, on coarse surfaces and the surface
+    double f_number;           ///< at the pair; 0: not known
+    uint32_t exposure_us[PAIR_PARTS_MAX];  ///< of the pair's left frame
+    int exposures;
+    // Of the surface:
+    char result[300];  ///< its directory; "": there is none
+    uint32_t points, reason_count[REASON_COUNT];
+    double depth_mm[RESULT_FIGURES_QUANTILES];  ///< 1 %, 50 %, 99 %
+    double scale;                               ///< of the pictures that it was computed from
+};
+
+/// Notes the next step. NULL: there are too many.
+struct measure_report_step *measure_report_add(struct measure_report *self,
+                                               const struct measure_step *step, double at_s);
+
+/// Takes over a surface: here and into the event. Its share is of the pixels that both cameras see
+/// within the depths searched.
+void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
+                            struct measure_event *event);
+
+/// Adds everything to an answer. `name`: as the user gave it; `session`: what has the pairs.
+void measure_report_put(const struct measure_report *self, const struct command_call *call,
+                        const char *name, const char *session,
+                        const struct measure_request *request, const struct measure_result *result);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/measure/measure_rig.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "core/math.h"
+#include "rig/auto/exposure_camera.h"
+#include "rig/rig_optics.h"
+
+enum {
+    // A search of the focus needs texture in its region, and is faster the smaller that is.
+    FOCUS_REGION_PX = 256,
+    LIGHT_REGION_MIN_PX = 64,
+    // Readings of the lens positions for each pair: they decide its focal length.
+    PAIR_READINGS = 16,
+};
+
+// ---- what it is
+
+static bool has_axis(const struct rig *rig, enum lens_axis axis) {
+    return rig_has_axis(&rig->profile, RIG_LEFT, axis) &&
+           rig_has_axis(&rig->profile, RIG_RIGHT, axis);
+}
+
+static double f_number_at(const struct rig *rig, int32_t iris) {
+    double f_number = 0;
+    return rig_optics_f_number(rig, RIG_LEFT, iris, &f_number) == ERROR_OK ? f_number : 0;
+}
+
+void measure_rig_instrument(const struct rig *rig, const struct calibration_match_state *now,
+                            const struct zoom_calibration *zoom,
+                            struct measure_instrument *instrument) {
+    const struct lens_axis_settings *iris = &rig->profile.lens.axis[LENS_IRIS];
+    memset(instrument, 0, sizeof *instrument);
+    instrument->ready = rig->state == RIG_READY;
+    instrument->servos = rig->profile.servos;
+    instrument->zoom = has_axis(rig, LENS_ZOOM);
+    instrument->focus = has_axis(rig, LENS_FOCUS);
+    instrument->iris = has_axis(rig, LENS_IRIS);
+    instrument->exposure = true;
+    instrument->brackets = rig->profile.bridge;
+    instrument->calibration = zoom;
+    measure_rig_axes(now, &instrument->axes);
+    if (instrument->iris) {
+        instrument->f_number_open = f_number_at(rig, iris->max);
+        instrument->f_number_closed = f_number_at(rig, iris->min);
+    }
+    if (instrument->ready) {
+        const struct exposure_limits limits = exposure_camera_limits(rig, RIG_LEFT);
+        const struct calibration_window windows[2] = {now->origin.side[RIG_LEFT].window,
+                                                      now->origin.side[RIG_RIGHT].window};
+        instrument->exposure_max_us = limits.max_us;
+        instrument->gain_max = limits.gain_max_q3 / 8.0;
+        instrument->frames =
+            zoom_frames_of(windows, now->width_px[RIG_LEFT], now->height_px[RIG_LEFT]);
+    }
+}
+
+// ---- where it is
+
+static double position_of(const struct calibration_axis *axis) {
+    return axis->kind == CALIBRATION_AXIS_KNOWN ? axis->mean : (double)NAN;
+}
+
+void measure_rig_axes(const struct calibration_match_state *now, struct zoom_state *axes) {
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct calibration_axis *axis = now->origin.side[side].axis;
+        axes->side[side] = (struct zoom_camera_state){
+            .zoom_counts = position_of(&axis[CALIBRATION_ZOOM]),
+            .focus_counts = position_of(&axis[CALIBRATION_FOCUS]),
+            .pan_rad = position_of(&axis[CALIBRATION_PAN]) * MATH_RAD_PER_DEGREE,
+        };
+    }
+}
+
+double measure_rig_f_number(const struct rig *rig) {
+    int32_t position = 0;
+    return rig_optics_position(rig, RIG_LEFT, LENS_IRIS, &position) == ERROR_OK
+               ? f_number_at(rig, position)
+               : 0;
+}
+
+// ---- steps as commands
+
+static char *next_line(struct measure_rig_lines *lines) {
+    INVARIANT(lines->count < MEASURE_RIG_LINES_MAX);
+    return lines->line[lines->count++];
+}
+
+// Moves both lenses, at once where they go to the same position.
+static void add_move(const char *axis, const int32_t position[RIG_SIDES],
+                     struct measure_rig_lines *lines) {
+    if (position[RIG_LEFT] == position[RIG_RIGHT]) {
+        snprintf(next_line(lines), MEASURE_RIG_LINE_BYTES, "%s %d", axis, (int)position[RIG_LEFT]);
+        return;
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        snprintf(next_line(lines), MEASURE_RIG_LINE_BYTES, "%s %d side=%s", axis,
+                 (int)position[side], rig_side_names[side]);
+    }
+}
+
+static int32_t within(const struct lens_axis_settings *axis, double counts) {
+    return (int32_t)math_max(axis->min, math_min(axis->max, math_round(counts)));
+}
+
+static void add_zoom_or_focus(const struct rig *rig, const struct measure_step *step,
+                              struct measure_rig_lines *lines) {
+    const bool zoom = step->kind == MEASURE_STEP_ZOOM;
+    const enum lens_axis axis = zoom ? LENS_ZOOM : LENS_FOCUS;
+    int32_t position[RIG_SIDES];
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct zoom_camera_state *to = &step->axes.side[side];
+        position[side] =
+            within(&rig->profile.lens.axis[axis], zoom ? to->zoom_counts : to->focus_counts);
+    }
+    add_move(lens_axis_names[axis], position, lines);
+}
+
+static void add_iris(const struct rig *rig, double f_number, struct measure_rig_lines *lines) {
+    const struct lens_axis_settings *axis = &rig->profile.lens.axis[LENS_IRIS];
+    int32_t position[RIG_SIDES];
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const int error = rig_optics_iris_for(rig, (unsigned)side, f_number, &position[side]);
+        if (error != ERROR_OK) {  // beyond an end by rounding, or by what the lens has learned
+            double open = 0;
+            (void)rig_optics_f_number(rig, (unsigned)side, axis->max, &open);
+            position[side] = f_number <= open ? axis->max : axis->min;
+        }
+    }
+    add_move(lens_axis_names[LENS_IRIS], position, lines);
+}
+
+// A square around a place, on the sensor and with even corners.
+static void add_region(double x_px, double y_px, double size_px, char *line) {
+    const size_t used = strlen(line);
+    const int size = (int)size_px / 2 * 2;
+    const int column = (int)math_max(0, math_min(MT9T001_WIDTH_PX - size, x_px - size / 2.0));
+    const int row = (int)math_max(0, math_min(MT9T001_HEIGHT_PX - size, y_px - size / 2.0));
+    snprintf(line + used, MEASURE_RIG_LINE_BYTES - used, " region=%d,%d,%d,%d", column / 2 * 2,
+             row / 2 * 2, size, size);
+}
+
+// A search for both sides with one region between the places, or for one side after the other
+// where they are too far apart for that.
+static void add_search(const char *command, const struct measure_step *step, double size_px,
+                       struct measure_rig_lines *lines) {
+    const double(*place)[2] = step->place_px;
+    const bool close = fabs(place[0][0] - place[1][0]) < size_px / 3 &&
+                       fabs(place[0][1] - place[1][1]) < size_px / 3;
+    if (close || !step->has_place) {
+        char *line = next_line(lines);
+        snprintf(line, MEASURE_RIG_LINE_BYTES, "%s", command);
+        if (step->has_place) {
+            add_region((place[0][0] + place[1][0]) / 2, (place[0][1] + place[1][1]) / 2, size_px,
+                       line);
+        }
+        return;
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        char *line = next_line(lines);
+        snprintf(line, MEASURE_RIG_LINE_BYTES, "%s side=%s", command, rig_side_names[side]);
+        add_region(place[side][0], place[side][1], size_px, line);
+    }
+}
+
+static void add_light(const struct measure_step *step, double size_px,
+                      struct measure_rig_lines *lines) {
+    struct measure_step around = *step;
+    const double most_px = MT9T001_HEIGHT_PX;
+    around.has_place = step->has_place && size_px > 0 && size_px < most_px;
+    add_search(step->keep_iris ? "autoexpose iris=no" : "autoexpose", &around,
+               math_max(LIGHT_REGION_MIN_PX, size_px), lines);
+}
+
+static void add_capture(const struct measure_step *step, const char *session,
+                        struct measure_rig_lines *lines) {
+    char *line = next_line(lines);
+    int used = session != NULL
+                   ? snprintf(line, MEASURE_RIG_LINE_BYTES, "capture %s add=yes readings=%d",
+                              session, PAIR_READINGS)
+                   : snprintf(line, MEASURE_RIG_LINE_BYTES, "capture readings=%d", PAIR_READINGS);
+    INVARIANT(used > 0 && used < MEASURE_RIG_LINE_BYTES - 16);
+    if (step->bracket > 0) {
+        snprintf(line + used, (size_t)(MEASURE_RIG_LINE_BYTES - used), " bracket=%u",
+                 step->bracket);
+    } else if (step->average > 0) {
+        snprintf(line + used, (size_t)(MEASURE_RIG_LINE_BYTES - used), " average=%u",
+                 step->average);
+    }
+}
+
+void measure_rig_lines_of(const struct rig *rig, const struct measure_step *step,
+                          const char *session, double size_px, struct measure_rig_lines *lines) {
+    lines->count = 0;
+    switch (step->kind) {
+        case MEASURE_STEP_BRINGUP:
+            snprintf(next_line(lines), MEASURE_RIG_LINE_BYTES, "bringup");
+            break;
+        case MEASURE_STEP_AIM:
+            snprintf(next_line(lines), MEASURE_RIG_LINE_BYTES, "pan %.4f right=%.4f",
+                     step->axes.side[RIG_LEFT].pan_rad * MATH_DEGREE_PER_RAD,
+                     step->axes.side[RIG_RIGHT].pan_rad * MATH_DEGREE_PER_RAD);
+            break;
+        case MEASURE_STEP_ZOOM:
+        case MEASURE_STEP_FOCUS:
+            add_zoom_or_focus(rig, step, lines);
+            break;
+        case MEASURE_STEP_IRIS:
+            add_iris(rig, step->f_number, lines);
+            break;
+        case MEASURE_STEP_AUTOFOCUS:
+            add_search("autofocus", step, FOCUS_REGION_PX, lines);
+            break;
+        case MEASURE_STEP_LIGHT:
+            add_light(step, size_px, lines);
+            break;
+        case MEASURE_STEP_PAIR:
+            add_capture(step, session, lines);
+            break;
+        case MEASURE_STEP_LOOK:
+        case MEASURE_STEP_SURFACE:
+        case MEASURE_STEP_END:
+            break;
+    }
+}
