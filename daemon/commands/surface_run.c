@@ -108,6 +108,57 @@ int surface_run(struct surface_run *self) {
     return error == ERROR_BUFFER ? ERROR_IO : error;
 }
 
+static bool should_stop(void *cookie) {
+    struct surface_run *self = cookie;
+    return atomic_load(&self->stop);
+}
+
+static void note_progress(void *cookie, int stage, const char *what, int done, int total) {
+    struct surface_run *self = cookie;
+    (void)stage;
+    atomic_store(&self->stage, what);
+    atomic_store(&self->done, done);
+    atomic_store(&self->total, total);
+}
+
+static void run(void *cookie) {
+    struct surface_run *self = cookie;
+    self->error = surface_run(self);
+}
+
+/// On the rig's thread, every 50 ms.
+static void watch(void *cookie) {
+    struct surface_run *self = cookie;
+    const struct disk_writer *disk_writer = &self->daemon->disk_writer;
+    if (disk_writer->meanwhile != NULL) {
+        disk_writer->meanwhile(disk_writer->self);  // looks after the rig
+    }
+    const char *stage = atomic_load(&self->stage);
+    const int total = atomic_load(&self->total);
+    if (daemon_should_stop(self->call)) {
+        atomic_store(&self->stop, true);
+    }
+    if (stage != NULL && total > 0) {
+        daemon_progress(self->call, stage, (uint32_t)atomic_load(&self->done), (uint32_t)total);
+    }
+}
+
+int surface_run_beside(struct surface_run *self, const struct command_call *call) {
+    self->call = call;
+    self->daemon = daemon_of(call);
+    self->should_stop = should_stop;
+    self->progress = note_progress;
+    self->self = self;
+    struct disk_writer thread = {.meanwhile = watch, .self = self};
+    if (!disk_writer_start(&thread)) {
+        snprintf(self->message, sizeof self->message, "out of memory for a thread");
+        return ERROR_MEMORY;
+    }
+    disk_writer_run(&thread, run, self);
+    disk_writer_stop(&thread);
+    return self->error;
+}
+
 void surface_run_end(struct surface_run *self) {
     if (self->job.program != NULL) {
         reconstruct_job_end(&self->job);

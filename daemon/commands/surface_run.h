@@ -29,11 +29,21 @@ struct surface_run {
     char out_path[ATOMIC_DIR_PATH_BYTES];
     char *stored;  // the saved calibration; NULL: none, or not read
     struct reconstruct_caller caller;
+    // Of surface_run_beside:
+    const struct command_call *call;
+    int error;
+    atomic_bool stop;
+    const char *_Atomic stage;
+    atomic_int done, total;
 };
 
 /// Runs it on the calling thread, which need not be the rig's. Errors of reconstruct_job_run, with
 /// ERROR_IO for results that cannot be written. surface_run_end is required in any case.
 int surface_run(struct surface_run *self);
+
+/// The same on a thread of its own, for a command of the rig's thread, which looks after the rig
+/// meanwhile, shows the progress and may be cancelled. Sets `daemon` and the observer.
+int surface_run_beside(struct surface_run *self, const struct command_call *call);
 
 /// Frees what it uses, but not `self`.
 void surface_run_end(struct surface_run *self);

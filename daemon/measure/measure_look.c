@@ -8,6 +8,8 @@
 #include "stereo/zoom/adjust_expect.h"
 
 static const double um_per_mm = 1e3, q20 = 1 << 20;
+// How much wider than the picture that is wanted the part is in which the subject is looked for.
+static const double margin = 1.2;
 
 static int32_t to_um(double mm) {
     return (int32_t)math_round(um_per_mm * math_max(-2e6, math_min(2e6, mm)));
@@ -51,6 +53,21 @@ static bool project_right(const struct reconstruct_context *context,
         adjust_to_sensor(window, right_px);
     }
     return true;
+}
+
+void measure_look_set_width(struct measure_look *self, const struct measure_request *request,
+                            const struct zoom_calibration *calibration,
+                            const struct pair_frame *left) {
+    const struct zoom_camera *camera = &calibration->camera[RIG_LEFT];
+    const double sensor_px = left->image.width_px * math_max(left->window.skip, 1);
+    if (request->wish == MEASURE_WISH_FIT) {
+        self->width_mm = margin * request->value;
+    } else if (request->wish == MEASURE_WISH_DENSITY) {
+        self->width_mm = margin * left->image.width_px / sqrt(request->value);
+    } else if (request->wish == MEASURE_WISH_ZOOM) {
+        const double wide_px = zoom_function_value(camera, ZOOM_FOCAL, camera->zoom.min);
+        self->width_per_mm = margin * sensor_px / (request->value * wide_px);
+    }
 }
 
 bool measure_look_find(const struct reconstruct_context *context,

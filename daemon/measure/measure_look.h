@@ -6,6 +6,7 @@
 #include "daemon/surface/result/reconstruct_context.h"
 #include "measure/measure_subject.h"
 #include "measure/measure_types.h"
+#include "rig/pair_frame.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -18,6 +19,11 @@ struct measure_look {
     double width_mm, width_per_mm;
     double near_mm, far_mm;  ///< depths that count; 0: not limited
 };
+
+/// Sets the width by what is wanted of the picture. `left`: the left frame.
+void measure_look_set_width(struct measure_look *self, const struct measure_request *request,
+                            const struct zoom_calibration *calibration,
+                            const struct pair_frame *left);
 
 /// Fills in the event's subject by a surface that has its points. `window`: the part of the sensor
 /// that the right frame shows. False: there is none.

@@ -6,6 +6,7 @@
 
 #include "console/measure_text.h"
 #include "core/error.h"
+#include "daemon/measure/measure_request.h"
 
 enum { SENTENCE_BYTES = 1024, KEY_BYTES = 40 };
 
@@ -19,6 +20,19 @@ struct measure_report_step *measure_report_add(struct measure_report *self,
     measure_text_add_step(&text, step);
     added->at_s = at_s;
     return added;
+}
+
+void measure_report_pair(struct measure_report *self, enum measure_phase phase,
+                         const struct pair_frame *left, double f_number) {
+    self->captures++;
+    if (phase != MEASURE_PAIR && phase != MEASURE_MERGED) {
+        return;
+    }
+    self->f_number = f_number;
+    self->exposures = left->parts > 0 ? left->parts : left->exposure_us != 0 ? 1 : 0;
+    for (int i = 0; i < self->exposures; i++) {
+        self->exposure_us[i] = left->parts > 0 ? left->part[i].exposure_us : left->exposure_us;
+    }
 }
 
 void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
@@ -53,17 +67,6 @@ static void put_known(const struct command_call *call, const char *key, double v
     if (value > 0) {
         reply_number(call, key, value, decimals, unit);
     }
-}
-
-static void put_wish(const struct command_call *call, const struct measure_request *request) {
-    static const char *const words[] = {[MEASURE_WISH_SUBJECT] = "subject",
-                                        [MEASURE_WISH_FIT] = "fit",
-                                        [MEASURE_WISH_DENSITY] = "density",
-                                        [MEASURE_WISH_ZOOM] = "zoom"};
-    char text[KEY_BYTES];
-    snprintf(text, sizeof text, request->wish == MEASURE_WISH_SUBJECT ? "%s" : "%s=%.6g",
-             words[request->wish], request->value);
-    reply_text(call, "wish", text);
 }
 
 static void put_steps(const struct measure_report *self, const struct command_call *call) {
@@ -145,11 +148,13 @@ void measure_report_put(const struct measure_report *self, const struct command_
                         const char *name, const char *session,
                         const struct measure_request *request,
                         const struct measure_result *result) {
+    char wish[SESSION_TEXT_MAX + 1];
     reply_text(call, "name", name);
     if (self->captures > 0) {
         reply_text(call, "session", session);
     }
-    put_wish(call, request);
+    measure_request_print(request, "", wish);
+    reply_text(call, "wish", wish);
     put_steps(self, call);
     reply_number(call, "seconds", self->seconds, 1, "s");
     reply_number(call, "computing_seconds", self->computing_seconds, 1, "s");

@@ -43,6 +43,10 @@ struct measure_report {
 struct measure_report_step *measure_report_add(struct measure_report *self,
                                                const struct measure_step *step, double at_s);
 
+/// Counts a pair, and keeps what that to be measured was taken with.
+void measure_report_pair(struct measure_report *self, enum measure_phase phase,
+                         const struct pair_frame *left, double f_number);
+
 /// Takes over a surface: here and into the event. Its share is of the pixels that both cameras see
 /// within the depths searched.
 void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,

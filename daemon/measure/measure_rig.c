@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/math.h"
+#include "measure/measure_dark.h"
 #include "rig/auto/exposure_camera.h"
 #include "rig/rig_optics.h"
 
@@ -17,6 +18,9 @@ enum {
     LIGHT_REGION_MIN_PX = 64,
     // Readings of the lens positions for each pair: they decide its focal length.
     PAIR_READINGS = 16,
+    // The sensor's black level by its data sheet, of 10 bits: reading it would be a call that no
+    // recorded command makes.
+    BLACK_Q10 = 42,
 };
 
 // ---- what it is
@@ -82,6 +86,92 @@ double measure_rig_f_number(const struct rig *rig) {
     return rig_optics_position(rig, RIG_LEFT, LENS_IRIS, &position) == ERROR_OK
                ? f_number_at(rig, position)
                : 0;
+}
+
+double measure_rig_dark_part(const struct pair_frame *left, const struct measure_step *step,
+                             double size_px) {
+    const struct raw_image *image = &left->image;
+    const bool bridge = left->window.skip > 0;
+    const int skip = bridge ? left->window.skip : 1;
+    struct measure_box box = {0, 0, image->width_px, image->height_px};
+    if (step->has_place && size_px > 0) {
+        const double *place_px = step->place_px[RIG_LEFT];
+        box =
+            (struct measure_box){(int)((place_px[0] - size_px / 2 - left->window.column_px) / skip),
+                                 (int)((place_px[1] - size_px / 2 - left->window.row_px) / skip),
+                                 (int)(size_px / skip), (int)(size_px / skip)};
+    }
+    return measure_dark_permille(image, bridge ? BLACK_Q10 : 0, &box) / 1e3;
+}
+
+double measure_rig_subject_px(const struct measure *machine) {
+    const struct zoom_calibration *zoom = machine->instrument.calibration;
+    return zoom != NULL && machine->width_mm > 0 && machine->distance_mm > 0
+               ? zoom_function_value(&zoom->camera[RIG_LEFT], ZOOM_FOCAL,
+                                     machine->axes.side[RIG_LEFT].zoom_counts) *
+                     machine->width_mm / machine->distance_mm
+               : 0;
+}
+
+// ---- what searches found
+
+static void catch_number(void *cookie, const char *key, double value, int decimals,
+                         const char *unit) {
+    struct measure_rig_light *self = cookie;
+    (void)decimals;
+    (void)unit;
+    if (key != NULL && strcmp(key, "mean") == 0) {
+        self->mean_percent = self->mean_percent > 0 ? math_min(self->mean_percent, value) : value;
+    }
+}
+
+static void catch_text(void *cookie, const char *key, const char *value) {
+    struct measure_rig_light *self = cookie;
+    if (key != NULL && strcmp(key, "limit") == 0 && strncmp(value, "too dark", 8) == 0) {
+        self->too_dark = true;
+    }
+}
+
+static void ignore_begin(void *cookie, const char *key, bool array) {
+    (void)cookie;
+    (void)key;
+    (void)array;
+}
+
+static void ignore_end(void *cookie) {
+    (void)cookie;
+}
+
+struct command_reply measure_rig_light_reply(struct measure_rig_light *self) {
+    static const struct command_reply_operations operations = {catch_number, catch_text,
+                                                               ignore_begin, ignore_end};
+    return (struct command_reply){&operations, self};
+}
+
+static void read_focus(const struct rig *rig, struct measure_event *event) {
+    const double found = rig->camera[RIG_LEFT].focus.search.result.position;
+    double distance_mm = 0;
+    if (rig_optics_distance_at(rig, RIG_LEFT, (int32_t)math_round(found), &distance_mm) ==
+            ERROR_OK &&
+        distance_mm < INFINITY) {
+        event->focus_mm = distance_mm;
+    }
+}
+
+void measure_rig_read_search(const struct rig *rig, const struct measure_step *step,
+                             const struct measure_rig_light *light, struct measure_event *event) {
+    static const double target_percent = 50;
+    const struct rig_camera *camera = &rig->camera[RIG_LEFT];
+    if (step->kind == MEASURE_STEP_AUTOFOCUS && event->error == ERROR_OK) {
+        read_focus(rig, event);
+    } else if (step->kind == MEASURE_STEP_LIGHT) {
+        // A camera without the controls exposes on its own.
+        event->error = event->error == ERROR_UNSUPPORTED ? ERROR_OK : event->error;
+        event->light.exposure_us = camera->exposure_us;
+        event->light.gain = camera->gain_q3 / 8.0;
+        event->light.reached =
+            light->too_dark ? math_max(1e-3, light->mean_percent / target_percent) : 1;
+    }
 }
 
 // ---- steps as commands

@@ -4,8 +4,10 @@
 #ifndef VERGENCE_DAEMON_MEASURE_MEASURE_RIG_H
 #define VERGENCE_DAEMON_MEASURE_MEASURE_RIG_H
 
+#include "console/command.h"
 #include "daemon/session/calibration_match.h"
-#include "measure/measure_types.h"
+#include "measure/measure.h"
+#include "rig/pair_frame.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
@@ -22,6 +24,25 @@ void measure_rig_axes(const struct calibration_match_state *now, struct zoom_sta
 
 /// Of the left iris as it was read last; 0: not known.
 double measure_rig_f_number(const struct rig *rig);
+
+/// Part of the subject, `size_px` wide on the sensor (0: the whole frame), that is too dark in a
+/// left frame.
+double measure_rig_dark_part(const struct pair_frame *left, const struct measure_step *step,
+                             double size_px);
+
+/// Width of the subject on the left sensor, px; 0: not known.
+double measure_rig_subject_px(const struct measure *machine);
+
+/// What the answer of `autoexpose` shows. Zeroed before.
+struct measure_rig_light {
+    double mean_percent;  ///< of the darker side
+    bool too_dark;
+};
+struct command_reply measure_rig_light_reply(struct measure_rig_light *self);
+
+/// Fills in what a search of light or focus found.
+void measure_rig_read_search(const struct rig *rig, const struct measure_step *step,
+                             const struct measure_rig_light *light, struct measure_event *event);
 
 enum { MEASURE_RIG_LINES_MAX = 2, MEASURE_RIG_LINE_BYTES = 160 };
 struct measure_rig_lines {

@@ -153,11 +153,6 @@ struct rig_observer worker_observer(struct worker *self);
 /// cannot be created.
 bool worker_start(struct worker *self, struct daemon *daemon, int wake_fd, size_t capacity);
 
-/// Runs `work` on a thread of its own while the calling one, the rig's, looks after the rig and
-/// calls `meanwhile` some twenty times a second. False: the system cannot start a thread.
-bool worker_compute(struct worker *self, void (*work)(void *cookie),
-                    void (*meanwhile)(void *cookie), void *cookie);
-
 /// Whether the running command must end, and what it reports: see daemon_should_stop and
 /// daemon_progress.
 bool worker_should_stop(struct worker *self);

@@ -214,31 +214,6 @@ static void look_after_rig(void *cookie) {
     }
 }
 
-/// What a worker does while another thread computes for it.
-struct computing {
-    struct worker *worker;
-    void (*meanwhile)(void *cookie);
-    void *cookie;
-};
-
-static void wait_for_result(void *self) {
-    const struct computing *computing = self;
-    look_after_rig(computing->worker);
-    computing->meanwhile(computing->cookie);
-}
-
-bool worker_compute(struct worker *self, void (*work)(void *cookie),
-                    void (*meanwhile)(void *cookie), void *cookie) {
-    struct computing computing = {self, meanwhile, cookie};
-    struct disk_writer thread = {.meanwhile = wait_for_result, .self = &computing};
-    if (!disk_writer_start(&thread)) {
-        return false;
-    }
-    disk_writer_run(&thread, work, cookie);
-    disk_writer_stop(&thread);
-    return true;
-}
-
 static void idle(struct worker *self) {
     atomic_store(&self->alive_us, monotonic_now_us());
     look_after_rig(self);

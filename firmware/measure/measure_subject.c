@@ -15,11 +15,12 @@ enum {
     // Around the ray: a cone of this slope (2^-20), twice as wide each time.
     CONE_FIRST_Q20 = 1 << 14,  // 1 / 64: 28 mm at 1.8 m
     CONES = 5,
-    // A layer around the ray is the subject if it has so much of the points there; a bin counts
-    // if it has so much of the points in view: a table on which the
-    // subject stands reaches from near to far, but has little in each bin.
+    // A layer around the ray is the subject if it has so much of the points there; a bin counts if
+    // it
+    // has so much of the fullest one around the ray: a table under the subject reaches
+    // from near to far, but has little in each bin.
     LAYER_PART = 4,
-    BIN_PART = 50,
+    BIN_PART = 16,
     // Of a quantile; offsets from the ray are counted in 1/1024 of the depth.
     END_PART = 100,
     ACROSS_BINS = 1024,
@@ -212,7 +213,11 @@ bool measure_subject_find(const struct triangulate_point *points, uint32_t count
             add(&depths, points[i].z_um);
         }
     }
-    const uint32_t least = depths.total / BIN_PART + 1;
+    uint32_t fullest = 0;
+    for (int bin = around.first; bin <= around.last; bin++) {
+        fullest = depths.count[bin] > fullest ? depths.count[bin] : fullest;
+    }
+    const uint32_t least = fullest / BIN_PART + 1;
     const struct layer layer = layer_around(&depths, middle, least);
     if (layer.points == 0) {
         return false;

@@ -28,8 +28,8 @@ extern "C" {
     X(AIMED_PAIR, 1, "wide pair after the aim")  \
     X(AIMED_SURFACE, 1, "coarse surface")        \
     X(ZOOM, 4, "zoom")                           \
-    X(IRIS, 3, "iris")                           \
     X(FOCUS, 6, "focus")                         \
+    X(IRIS, 3, "iris")                           \
     X(MIDDLE, 1, "focus on the middle")          \
     X(LIGHT, 3, "light")                         \
     X(PAIR, 1, "pair")                           \

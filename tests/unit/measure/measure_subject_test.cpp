@@ -93,6 +93,23 @@ TEST_CASE("depths and width that are stated limit what counts") {
     CHECK(subject.middle_um[0] == 400000);
 }
 
+TEST_CASE("a table that reaches from near to far is not the subject on it") {
+    Random random(9);
+    std::vector<triangulate_point> points;
+    scatter(random, points, 4000, 0, 90, 1720, 1790);
+    for (int row = 0; row < 200; row++) {  // rows of a picture, and where each meets the table
+        const double z_mm = 125.0 / (0.05 + 0.1 * row / 200);
+        scatter(random, points, 20, 0, 250, z_mm, z_mm);
+        for (size_t i = points.size() - 20; i < points.size(); i++) {
+            points[i].y_um = 125000;
+        }
+    }
+    measure_subject subject{};
+    REQUIRE(find(points, {ray_at(0, 1), 216000, 0, 0}, subject));
+    CHECK(subject.near_um > 1650000);
+    CHECK(subject.far_um < 1850000);
+}
+
 TEST_CASE("too few points are not a subject, and no values do harm") {
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
