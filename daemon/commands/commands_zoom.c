@@ -230,8 +230,7 @@ static void put_forecast(const struct zoom_query *self, const struct zoom_foreca
     static const char *const limits[] = {
         [ZOOM_FORECAST_PIXELS] = "the error of a point: a longer focal length would reduce it",
         [ZOOM_FORECAST_COMMON] =
-            "the error that all points share: a pair at another zoom, a board or a known length "
-            "would reduce it",
+            "the error that all points share: see common_error for what would reduce it",
         [ZOOM_FORECAST_DEPTH] = "the depth that is sharp",
     };
     const struct command_call *call = self->call;
