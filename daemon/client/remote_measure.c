@@ -25,8 +25,9 @@ static const char *const local_options[] = {"out",    "board",  "square", "charu
 struct measuring {
     remote_show *show;
     void *cookie;
-    char session[NAME_BYTES], result[NAME_BYTES];  // as the instrument names them
-    struct cJSON *answer;                          // the whole answer as parsed JSON
+    // As the instrument names them; the session is not `name` while it records.
+    char name[NAME_BYTES], session[NAME_BYTES], result[NAME_BYTES];
+    struct cJSON *answer;  // the whole answer as parsed JSON
 };
 
 /// Whether a word is `NAME=...` or `--NAME` of a local option; `*has_value`: it contains the value.
@@ -108,6 +109,7 @@ static void hold_back(struct remote *self, void *cookie, const char *text) {
         struct cJSON *all = json_parse(text);
         const struct cJSON *result = cJSON_GetObjectItemCaseSensitive(all, "result");
         if (!json_member_text(all, "event", event, sizeof event) && json_member_true(all, "ok")) {
+            json_member_text(result, "name", measuring->name, NAME_BYTES);
             json_member_text(result, "session", measuring->session, NAME_BYTES);
             json_member_text(result, "result", measuring->result, NAME_BYTES);
             cJSON_Delete(measuring->answer);
@@ -116,6 +118,7 @@ static void hold_back(struct remote *self, void *cookie, const char *text) {
         }
         cJSON_Delete(all);
     } else {
+        keep_member(text, "name", measuring->name);
         keep_member(text, "session", measuring->session);
         keep_member(text, "result", measuring->result);
     }
@@ -177,18 +180,30 @@ static int fetch(struct remote *self, const struct measuring *measuring, bool se
     return error;
 }
 
-/// Makes the surface here, or says why not.
-static void conclude(struct remote *self, struct parts *parts, struct measuring *measuring,
-                     bool here) {
-    if (here) {
+/// Why the surface is not made here; NULL: it is.
+static const char *why_not_here(const struct remote *self, const struct measuring *measuring) {
+    return strcmp(measuring->name, measuring->session) != 0
+               ? "note: the surface is the instrument's own: after \"record stop\" fetch the "
+                 "recording, of which \"vergence measure\" makes one with a report"
+           : self->line.serial
+               ? "note: over a serial line the surface is the instrument's own, without a report "
+                 "(fetch the session over a network for one)"
+           : self->measure == NULL
+               ? "note: the surface is the instrument's own: this program makes none"
+               : NULL;
+}
+
+/// Fetches what was measured, and makes the surface here or says why not.
+static int conclude(struct remote *self, struct parts *parts, struct measuring *measuring,
+                    struct message *message) {
+    const char *why = why_not_here(self, measuring);
+    const int error = fetch(self, measuring, why == NULL, message);
+    if (error == ERROR_OK && why == NULL) {
         self->measure_exit = run_here(self, measuring->session, parts->local, parts->local_count);
-    } else if (!self->json) {
-        measuring->show(self, measuring->cookie,
-                        self->line.serial
-                            ? "note: over a serial line the surface is the instrument's own, "
-                              "without a report (fetch the session over a network for one)"
-                            : "note: the surface is the instrument's own: this program makes none");
+    } else if (error == ERROR_OK && !self->json) {
+        measuring->show(self, measuring->cookie, why);
     }
+    return error;
 }
 
 static int measure(struct remote *self, struct parts *parts, struct measuring *measuring,
@@ -198,11 +213,7 @@ static int measure(struct remote *self, struct parts *parts, struct measuring *m
     int error = remote_ask(self, parts->request, hold_back, measuring, message);
     self->shows_steps = false;
     if (error == ERROR_OK && measuring->result[0] != '\0') {  // else it was planned only
-        const bool here = self->measure != NULL && !self->line.serial;
-        error = fetch(self, measuring, here, message);
-        if (error == ERROR_OK) {
-            conclude(self, parts, measuring, here);
-        }
+        error = conclude(self, parts, measuring, message);
     }
     if (error == ERROR_OK && (self->json || self->measure_exit == CLIENT_OK)) {
         char *text = self->json ? cJSON_PrintUnformatted(measuring->answer) : NULL;

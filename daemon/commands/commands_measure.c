@@ -49,7 +49,7 @@ struct measuring {
 };
 
 static double elapsed_s(const struct measuring *self) {
-    return (double)(rig_now_us(self->call->rig) - self->begin_us) / us_per_s;
+    return (double)(record_now_us(&daemon_of(self->call)->record) - self->begin_us) / us_per_s;
 }
 
 // ---- steps that move the rig
@@ -350,7 +350,7 @@ static int run_with(struct measuring *self) {
     if (error != ERROR_OK) {
         return error;
     }
-    self->begin_us = rig_now_us(call->rig);
+    self->begin_us = record_now_us(&daemon_of(call)->record);
     error = drive(self, &request);
     return error == ERROR_OK ? conclude(self, &request) : error;
 }

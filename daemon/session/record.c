@@ -369,6 +369,11 @@ int record_flush(struct record *self, struct message *message) {
     return error != ERROR_OK ? message_set(message, error, "%s", self->last_error.text) : ERROR_OK;
 }
 
+uint64_t record_now_us(const struct record *self) {
+    const struct hal_clock *clock = self->inner.clock;
+    return clock->operations->now_us(clock->self);
+}
+
 bool record_is_under_way(const struct record *self) {
     return self->writer != NULL;
 }

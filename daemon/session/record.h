@@ -120,6 +120,10 @@ void record_cancel(struct record *self);
 /// the error that ended the recording.
 int record_flush(struct record *self, struct message *message);
 
+/// The time by the clock behind the recorder, which records nothing of it: for a command that gives
+/// others, such as `measure`, between them.
+uint64_t record_now_us(const struct record *self);
+
 /// Whether a recording is in progress, even if it was cut off by an error.
 bool record_is_under_way(const struct record *self);
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shipped client: a single command, a script, a person, files over a line that loses bytes."""
+import contextlib
 import fcntl
 import json
 import os
+import pathlib
 import random
 import resource
 import shutil
@@ -10,11 +12,13 @@ import signal
 import socket
 import stat
 import subprocess
+import threading
 import time
 import unittest
 
 from bad_line import BadLine
 from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, ConsoleTest
+from recorded import add_notes
 from terminal_user import TerminalUser
 from waiting import wait_until
 
@@ -103,6 +107,87 @@ class Remote(ConsoleTest):
             self.assertLess(answer["code"], 0)
             self.assertNotEqual(answer["message"], "")
             self.assertIn(answer["error"], (error or answer["error"],))
+
+    def stand_in(self, answers):
+        """A daemon in front of the real one that answers `measure` itself."""
+        path = self.path_of("measures.sock")
+        server = socket.socket(socket.AF_UNIX)
+        server.bind(path)
+        server.listen(1)
+        self.addCleanup(os.remove, path)
+        self.addCleanup(server.close)
+        asked = []
+
+        def pass_back(real, client):
+            with contextlib.suppress(OSError):
+                while data := real.recv(65536):
+                    client.sendall(data)
+
+        def serve():
+            while answers:
+                with server.accept()[0] as client, socket.socket(socket.AF_UNIX) as real:
+                    real.connect(self.path)
+                    threading.Thread(target=pass_back, args=(real, client), daemon=True).start()
+                    with client.makefile("rb") as lines:
+                        for line in lines:
+                            command = line.split(b" ", 1)[-1].decode().strip()
+                            if command.startswith("measure "):
+                                asked.append(command)
+                                client.sendall(answers.pop(0).encode())
+                            else:
+                                real.sendall(line)
+        threading.Thread(target=serve, daemon=True).start()
+        return f"unix:{path}", asked
+
+    def test_measure_brings_the_session_and_makes_the_surface_here(self):
+        session = pathlib.Path(self.files) / "cup"
+        shutil.copytree(os.path.join(os.environ["VERGENCE_SOURCE"], "tests/sessions/small"), session)
+        self.addCleanup(shutil.rmtree, session)
+        add_notes(session, "# measure fit=900", "# measure surface pair=1 scale=0.5")
+        result = pathlib.Path(self.files) / "surface-cup-1"
+        result.mkdir()
+        self.addCleanup(shutil.rmtree, result)
+        (result / "mesh.ply").write_bytes(b"theirs")
+        text = "name: cup\nsession: {}\nsentence: good\n{}OK\n"
+        made = "result: surface-cup-1\n"
+        as_json = {"ok": True, "result": {"name": "cup", "session": "cup", "result": "surface-cup-1"}}
+        where, asked = self.stand_in([
+            "... aim: it is left 3/40\n" + text.format("cup", made), text.format("cup", made),
+            json.dumps(as_json) + "\n", text.format("cup", ""), text.format("r1", made),
+            text.format("cup", made).replace("cup\n", "../cup\n"), text.format("cup", made)])
+        place = pathlib.Path(self.path_of("pc"))
+        place.mkdir()
+
+        def measure(*words, program=os.environ["VERGENCE"], json_too=()):
+            return subprocess.run([program, "--connect", where, *json_too, "measure", "cup", *words],
+                                  capture_output=True, text=True, timeout=TIMEOUT_S, cwd=place)
+        done = measure("fit=900", "--quick", "--out", "made")
+        # A session of 128 x 96 px: hardly a surface, but a report of it.
+        self.assertIn(done.returncode, (0, 4), done.stderr)
+        self.assertIn("written: cup, ", done.stdout)
+        self.assertEqual(sorted(os.listdir(place / "cup")), sorted(os.listdir(session)))
+        self.assertIn("searched", done.stdout + "searched" * (done.returncode == 4))
+        done = measure("--board", "10x7")  # a fault of the part that is made here
+        self.assertEqual((done.returncode, "OK" in done.stdout), (2, False), done.stdout)
+        self.assertIn("--square", done.stderr)
+        done = measure(json_too=["--json"])
+        self.assertEqual(done.stderr.count("\n"), int(done.returncode == 4), done.stderr)
+        self.assertEqual(json.loads(done.stdout)["result"]["fetched"], "cup")
+        done = measure("plan")
+        self.assertEqual((done.returncode, done.stdout), (0, text.format("cup", "")))
+        done = measure()  # while it records
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("written: surface-cup-1, ", done.stdout)
+        self.assertIn('"record stop"', done.stdout)
+        self.assertEqual((place / "surface-cup-1/mesh.ply").read_bytes(), b"theirs")
+        done = measure()
+        self.assertEqual(done.returncode, 3, done.stdout)
+        self.assertIn("invalid answer", done.stderr)
+        done = measure(program=VERGENCE)  # the client of the board makes no surface with a report
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("this program makes none", done.stdout)
+        self.assertEqual(asked, ["measure cup fit=900 --quick", "measure cup", "measure cup",
+                                 "measure cup plan", "measure cup", "measure cup", "measure cup"])
 
     def test_a_connection_that_breaks(self):
         path = self.path_of("breaks.sock")
