@@ -21,7 +21,7 @@ def depth_text(bounds):
 def accuracy_text(folder):
     """Against the ground truth, or against the board's known squares."""
     truth, board, rig = (os.path.join(folder, name)
-                         for name in ("evaluation.json", "board.json", "accuracy.json"))
+                         for name in ("evaluation.json", "board.json", "measured.json"))
     if os.path.exists(truth):
         score = load(truth)
         return (f"off by more than 2 px: {score['measured_all']['bad_2_percent']:.1f} % of the "
@@ -32,11 +32,12 @@ def accuracy_text(folder):
                 f"to {found['plane_rms_mm']:.2f} mm; {found['off_plane']} of {found['corners']} "
                 "corners wrong")
     if os.path.exists(rig):
-        found = load(rig)["textured"]
-        return (f"of its texture {found['measured_percent']:.1f} % measured, off by "
-                f"{found['median_error_mm']:.2f} mm (median; 0.25 px: "
-                f"{0.25 * found['mm_per_px']:.2f} mm), {found['wrong_percent']:.1f} % by over "
-                f"{found['mm_per_px']:.1f} mm (1 px)")
+        found, common = load(rig), load(rig)["common"] or {}
+        texture, fit = found["visible_textured"], found["visible_textured"].get("fit") or {}
+        return (f"of its texture {texture['measured_percent']:.1f} % measured, shape off by "
+                f"{fit.get('median_error_px', 0):.2f} px (median), {fit.get('wrong_3px_percent', 0):.2f} % by over "
+                f"3 px; all depths together {common.get('error_mm', 0):+.1f} mm, +- "
+                f"{common.get('sigma_mm', 0):.1f} predicted")
     return ""
 
 

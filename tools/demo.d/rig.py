@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import threading
 import time
@@ -108,21 +109,31 @@ class Instrument:
         for program in reversed(self.started):
             stop(program)
 
-    def command(self, line):
+    def command(self, line, **options):
         """What the console replies to a command."""
-        return run([self.vergence, "--connect", self.daemon, *line.split()])
+        return run([self.vergence, "--connect", self.daemon, *line.split()], **options)
 
-    def figures(self, line):
-        """The same as JSON."""
-        reply = run([self.vergence, "--connect", self.daemon, "--json", *line.split()])
+    def figures(self, line, **options):
+        """The same as a table."""
+        reply = run([self.vergence, "--connect", self.daemon, "--json", *line.split()], **options)
         return json.loads(reply.splitlines()[-1])["result"]
+
+    def measure(self, name, words, folder):
+        """One measurement as a user makes it: the reply as a table. The session comes into folder/NAME, the
+        surface with its report into folder/NAME-surface."""
+        return self.figures(f"measure {name} {words}", cwd=folder)
 
     def control(self, *commands):
         """To the simulated world."""
         return run([TOOLS / "simrig/control", self.rig, *commands])
 
-    def truth(self, folder, begin_us):
-        """The world's truth about the pair whose left frame began then, as simrig-compare reads it."""
+    def truth(self, session, number, folder):
+        """The world's truth about a pair of a session, as simrig-compare reads it."""
+        index = (session / "session.index").read_text(encoding="utf-8")
+        pair = re.search(rf"^pair number={number} .*", index, re.M)
+        if pair is None:
+            raise Failed(f"{session}: has no pair {number}")
+        begin_us = [re.search(rf" {side}_begin_us=(\d+)", pair[0])[1] for side in ("left", "right")]
         folder.mkdir()
         for side, begin in zip(("left", "right"), begin_us):
             self.control(f"truth {side} {side} {begin}")

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 
-from measure_rig import TOOLS, Failed, run, start, stop
+from rig import TOOLS, Failed, Instrument, run
 
 BOARD = TOOLS.parent / "tests/data/zoom_capture/board.yaml"
 BOARD_OPTIONS = ("--board", "10x7", "--square", "24", "--charuco", "4x4_50", "--marker", "17")
@@ -30,24 +30,13 @@ def unseen_zooms(out):
 
 
 def take_pairs(vergence, vergenced, out, work, log):
-    rig, daemon = f"unix:{work}/rig.sock", f"unix:{work}/vergenced.sock"
-    (work / "files").mkdir()
-    (work / "files/instrument.zoom").write_bytes((out / "instrument.zoom").read_bytes())
-    started = [start([vergence, "simulate", BOARD, "--listen", rig, "--seed", "1"], work / "rig.log",
-                     work / "rig.sock")]
-    try:
-        started.append(start([vergenced, f"backend=sim {rig}", f"socket={work}/vergenced.sock",
-                              f"files={work}/files", f"store={work}/store", "log=none"],
-                             work / "vergenced.log", work / "vergenced.sock"))
-        lines = ["bringup", "calibration set instrument.zoom", f"aim distance={DISTANCE_MM}"]
+    with Instrument((vergence, vergenced), work, BOARD, calibration=out / "instrument.zoom") as instrument:
+        lines = ["bringup", f"aim distance={DISTANCE_MM}"]
         for number, zoom in enumerate(unseen_zooms(out), 1):
             lines += [f"zoom {zoom}", "iris f/8", "autoexpose", "autofocus", f"capture look_{number}"]
         for line in lines:
             print(f"   board> {line}", flush=True)
-            log.append(f"> {line}\n{run([vergence, '--connect', daemon, *line.split()])}")
-    finally:
-        for program in reversed(started):
-            stop(program)
+            log.append(f"> {line}\n{instrument.command(line)}")
 
 
 def section(page):
@@ -71,7 +60,7 @@ def section(page):
 def verify(vergence, vergenced, out):
     log = []
     with tempfile.TemporaryDirectory(prefix="vergence-demo-") as folder:
-        work = pathlib.Path(folder)
+        work = pathlib.Path(folder) / "rig"
         take_pairs(vergence, vergenced, out, work, log)
         command = [vergence, "calibrate", work / "files/look_1", work / "files/look_2", *BOARD_OPTIONS,
                    "--verify", out / "instrument.zoom"]

@@ -6,7 +6,6 @@ import numpy as np
 import measured
 import surface_picture
 from figure import Figure, Picture, Table
-from rig import Failed
 
 # Figure of the paper, scene, widths in mm.
 ROWS = ((6, "cylinder", (1000, 600, 360)), (7, "mug", (600, 250)), (8, "figurine", (500, 180)),
@@ -69,7 +68,8 @@ def measurement(reply, found):
         ["iris", f"f/{number(reply.get('f_number'), 1)}"],
         ["sharp depth", f"{number(reply.get('near_sharp_mm'), 0)} to {number(reply.get('far_sharp_mm'), 0)} mm"],
         ["rig time", number(reply.get("seconds"), 0, " s")],
-        ["captures, exposures", f"{reply.get('captures', '-')}, {reply.get('exposures', '-')}"],
+        ["captures", str(reply.get("captures", "-"))],
+        ["exposures", ", ".join(f"{exposure / 1000:.0f} ms" for exposure in reply.get("exposures", []))],
         ["sigma of a point: predicted", number(sigma.get("median_mm"), 2, " mm")],
         ["actual over predicted, rms", number(sigma.get("ratio_rms"), 2)],
         ["common sigma: predicted", number(common.get("sigma_mm"), 2, " mm")],
@@ -97,12 +97,10 @@ def middle(result, values):
 
 def surface(figure_number, scene, width_mm):
     def make(context):
-        reply = measured.measure(context, scene, f"fit={width_mm}", context.folder)
-        ours = measured.reconstruct(context, reply, context.folder)
-        if ours is None:
-            raise Failed(f"{context.folder}: no surface was found")
+        reply = measured.measure(context, scene, f"--fit {width_mm}", context.folder)
+        ours = context.folder / "m-surface"
         results = {"surface": ours,
-                   "paper": measured.reconstruct(context, reply, context.folder, "paper", PAPER_SCALE),
+                   "paper": measured.match_by_preset(context, context.folder, "paper", PAPER_SCALE),
                    "opencv": measured.match_by_opencv(context, ours, context.folder / "opencv")}
         results = {key: result for key, result in results.items() if result is not None}
         shown = [(key, name) for key, name in METHODS if key in results]
@@ -122,7 +120,7 @@ def surface(figure_number, scene, width_mm):
             (context.folder / f"picture_{index}.jpg").write_bytes(picture.data)
         return Figure(f"Figure {figure_number}: the {scene}, {width_mm} mm wide in the picture",
                       f"1.8 m away, measured by one command from a cold instrument. {reply.get('sentence', '')}{missing}",
-                      f"vergence --connect measure {scene} fit={width_mm}", context.seed,
+                      f"vergence --connect measure {scene} --fit {width_mm}", context.seed,
                       [accuracy(judged, scene), measurement(reply, judged["surface"])], pictures)
     return make
 

@@ -4,7 +4,6 @@
 Nothing here but `judge` and `Instrument.truth` knows the world.
 """
 import json
-import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -19,53 +18,42 @@ BLOCK_PX = 3
 OPENCV_BYTES = 1.5e9
 
 
-def begins_us(session, number):
-    """When both frames of a pair began."""
-    index = (session / "session.index").read_text(encoding="utf-8")
-    pair = re.search(rf"^pair number={number} .*", index, re.M)
-    if pair is None:
-        raise Failed(f"{session}: has no pair {number}")
-    return [re.search(rf" {side}_begin_us=(\d+)", pair[0])[1] for side in ("left", "right")]
+def calibrate(programs, folder):
+    """The result directory of the calibration of the rig "default", from the recorded corners of a board."""
+    capture = TOOLS.parent / "tests/data/zoom_capture"
+    run([programs / "tools/vergence", "calibrate", capture, "--board", "10x7", "--square", "24", "--charuco",
+         "4x4_50", "--marker", "17", "--corners", capture / "corners.vnl", "--out", folder])
 
 
 def measure(context, scene, words, folder):
-    """The reply to `measure NAME WORDS` of a cold rig before the scene, as a table; the session and the truth
-    of its pair are in the folder. Taken from there when it was measured before."""
+    """The reply to `measure m WORDS` of a cold rig before the scene, as a table. The folder gets the session
+    m, the surface m-surface, and the truth of its pair; what was measured before is taken from there."""
     kept = folder / "measure.json"
     if kept.exists():
         return json.loads(kept.read_text(encoding="utf-8"))
-    for left in ("session", "truth"):
+    for left in ("m", "m-surface", "truth"):
         shutil.rmtree(folder / left, ignore_errors=True)
+    context.progress(f"{folder.name}: measure {words}")
     with tempfile.TemporaryDirectory(prefix="vergence-figures-") as work:
         with Instrument((context.program("vergence"), context.program("vergenced")), Path(work), scene,
                         context.seed, context.calibration / "instrument.zoom", context.threads) as instrument:
-            context.progress(f"{scene}> measure {folder.name} {words}")
-            reply = instrument.figures(f"measure m {words}")
-            instrument.truth(folder / "truth", begins_us(instrument.files / "m", reply["pair"]))
-            shutil.move(instrument.files / "m", folder / "session")
+            reply = instrument.measure("m", words, folder)
+            instrument.truth(folder / "m", reply["pair"], folder / "truth")
     kept.write_text(json.dumps(reply, indent=2) + "\n", encoding="utf-8")
     return reply
 
 
-def reconstruct(context, reply, folder, preset=None, scale=1):
-    """The result directory of the pair as `measure` reconstructs it, or otherwise; None: no surface found."""
-    out = folder / (preset or "surface")
+def match_by_preset(context, folder, preset, scale):
+    """The result directory of the measured pair with another preset; None: no surface found."""
+    out, nothing = folder / preset, folder / f"{preset}.nothing"
     if (out / "result.json").exists():
         return out
-    words = ["--pair", reply["pair"]]
-    if reply["with_pair"]:
-        words += ["--with-pair", reply["with_pair"]]
-    if preset:
-        words += ["--preset", preset, "--scale", scale]
-    context.progress(f"reconstructing{f' with the preset {preset}' if preset else ''}")
-    nothing = folder / f"{out.name}.nothing"
     if nothing.exists():
         return None
-    command = [context.program("vergence"), "reconstruct", folder / "session", "--calibration",
-         context.calibration / "instrument.zoom", "--near", reply["near_mm"], "--far", reply["far_mm"], *words,
-         "--threads", context.threads, "--out", out, "--quiet"]
+    context.progress(f"{folder.name}: preset {preset}")
     try:
-        run(command)
+        run([context.program("vergence"), "measure", folder / "m", "--preset", preset, "--scale", scale,
+             "--threads", context.threads, "--out", out, "--quiet"])
     except Failed as error:
         if "no surface was found" not in str(error):
             raise
@@ -79,7 +67,7 @@ def match_by_opencv(context, ours, out):
     if (out / "result.json").exists():
         return out
     out.mkdir(exist_ok=True)
-    context.progress("OpenCV's SGBM HH4 on the same rectified pair")
+    context.progress(f"{out.parent.name}: OpenCV's SGBM HH4 on the same rectified pair")
     plan = json.loads((ours / "result.json").read_text(encoding="utf-8"))["plan"]
     pair = [cv2.imread(str(ours / f"{side}_rectified.png"), cv2.IMREAD_GRAYSCALE) for side in ("left", "right")]
     low, count = plan["disparity_min"], plan["disparity_count"]

@@ -124,10 +124,10 @@ class Installed(unittest.TestCase):
         self.assertNotIn("building", done.stdout)
         with open(os.path.join(out, "motorcycle", "evaluation.json"), encoding="utf-8") as file:
             self.assertLess(json.load(file)["measured_all"]["bad_2_percent"], 6)
-        with open(os.path.join(out, "rig_cylinder_1x", "accuracy.json"), encoding="utf-8") as file:
-            found = json.load(file)["textured"]
-        self.assertGreaterEqual(found["measured_percent"], 90)
-        self.assertLessEqual(found["wrong_percent"], 1)
+        with open(os.path.join(out, "rig_cylinder", "measured.json"), encoding="utf-8") as file:
+            found = json.load(file)
+        self.assertGreaterEqual(found["visible_textured"]["measured_percent"], 90)
+        self.assertLessEqual(found["visible"]["fit"]["wrong_3px_percent"], 1)
 
     @unittest.skipUnless(HAS_RIG, "the simulated rig is not built (VERGENCE_FPGA)")
     def test_scenes_are_those_of_the_prefix(self):
