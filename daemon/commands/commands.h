@@ -63,6 +63,15 @@ int commands_settings_bringup(const struct command_call *call);
 /// lenses move by the rig's own commands, which a recording contains.
 int commands_zoom_run(const struct command_call *call);
 
+/// Sets what a surface that was measured would gain by a pair at another zoom, or by a board in
+/// view: `other_mm` and `board_mm` of its event. Nothing without a `calibration` (NULL).
+struct measure;
+struct measure_event;
+struct zoom_calibration;
+void commands_zoom_expect(const struct command_call *call,
+                          const struct zoom_calibration *calibration, const struct measure *measure,
+                          struct measure_event *event);
+
 /// Progress and cancellation of a TFTP transfer, as those of the call, which must outlive it.
 struct tftp_observer commands_observe_transfer(struct command_call *call);
 

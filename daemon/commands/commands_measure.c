@@ -187,6 +187,7 @@ static void surface(struct measuring *self) {
     free(prepared);
     const struct reconstruct_context *context = &self->run->job.context;
     measure_report_surface(&self->report, context, &self->event);
+    commands_zoom_expect(self->call, self->zoom, &self->machine, &self->event);
     snprintf(self->report.result, sizeof self->report.result, "%s", self->run->result);
     if (context->self_calibrated) {
         commands_calibration_adjusted(self->call, &context->self_calibration);
@@ -384,9 +385,8 @@ static const struct command commands[] = {
          "surface-NAME-PAIR with the saved calibration of all zooms. Says each decision and its "
          "reason, what the result is good for, what it lost on its way, and what would make it "
          "better. Continues with less where a step fails and the result is still honest. With a "
-         "calibration "
-         "of one state nothing moves. After Ctrl-C the rig is at rest, and the pairs that were "
-         "taken can be reconstructed.",
+         "calibration of one state nothing moves. After Ctrl-C the rig is at rest, and the pairs "
+         "that were taken can be reconstructed.",
      .arguments = measure_request_arguments,
      .argument_count = MEASURE_REQUEST_ARGUMENTS,
      .flags =

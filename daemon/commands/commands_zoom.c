@@ -10,6 +10,7 @@
 #include "core/math.h"
 #include "daemon/commands/commands.h"
 #include "daemon/session/calibration_at.h"
+#include "measure/measure_types.h"
 #include "measure/zoom_expect.h"
 #include "measure/zoom_forecast.h"
 #include "rig/rig_optics.h"
@@ -180,35 +181,62 @@ static void put_iris(const struct command_call *call, const struct depth_iris *i
     }
 }
 
-/// What pairs would make of the error that all points share; on the disk writer's thread, as it
-/// takes its time.
+// ---- what pairs would make of the error that all points share
+
+/// A job of the disk writer, as it takes its time.
 struct expectation {
-    const struct zoom_query *query;
+    const struct zoom_calibration *calibration;
+    const struct zoom_frames *frames;
+    struct zoom_expect_request request;
     struct zoom_expect expect;
     int error;
 };
 
 static void expect(void *cookie) {
     struct expectation *self = cookie;
-    const struct zoom_query *query = self->query;
-    const struct command_value *sharp = &query->call->values[COMMANDS_ZOOM_SHARP];
-    struct zoom_expect_request request = {.state = query->state};
     struct zoom_state other;
     struct arena arena;
     void *memory = malloc(zoom_expect_need_bytes());
     arena_init(&arena, memory, memory == NULL ? 0 : zoom_expect_need_bytes());
-    memcpy(request.point_mm, query->point_mm, sizeof request.point_mm);
-    request.near_mm = sharp->given ? sharp->numbers[0] : 0;
-    request.far_mm = sharp->given && isfinite(sharp->numbers[1]) ? sharp->numbers[1] : 0;
-    zoom_expect_complete(query->calibration, &request, &other);
+    zoom_expect_complete(self->calibration, &self->request, &other);
     self->error =
-        zoom_expect_at(query->calibration, &query->frames, &request, &arena, &self->expect);
+        zoom_expect_at(self->calibration, self->frames, &self->request, &arena, &self->expect);
     free(memory);
+}
+
+void commands_zoom_expect(const struct command_call *call,
+                          const struct zoom_calibration *calibration, const struct measure *measure,
+                          struct measure_event *event) {
+    struct expectation self = {
+        .calibration = calibration,
+        .frames = &measure->instrument.frames,
+        .request = {
+            .state = measure->pair_axes, .near_mm = measure->near_mm, .far_mm = measure->far_mm}};
+    if (calibration == NULL || event->error != ERROR_OK) {
+        return;
+    }
+    zoom_point_ahead(calibration, event->surface.depth_mm, 0, self.request.point_mm);
+    if (measure->subject_known) {
+        memcpy(self.request.point_mm, measure->point_mm, sizeof self.request.point_mm);
+    }
+    disk_writer_run(&daemon_of(call)->disk_writer, expect, &self);
+    if (self.error == ERROR_OK) {
+        event->surface.other_mm = self.expect.other_mm;
+        event->surface.board_mm = self.expect.board_mm;
+    }
 }
 
 static void put_expected(const struct zoom_query *self, double before_mm) {
     const struct command_call *call = self->call;
-    struct expectation expected = {.query = self};
+    const struct command_value *sharp = &call->values[COMMANDS_ZOOM_SHARP];
+    struct expectation expected = {.calibration = self->calibration,
+                                   .frames = &self->frames,
+                                   .request = {.state = self->state}};
+    if (sharp->given && isfinite(sharp->numbers[1])) {
+        expected.request.near_mm = sharp->numbers[0];
+        expected.request.far_mm = sharp->numbers[1];
+    }
+    memcpy(expected.request.point_mm, self->point_mm, sizeof self->point_mm);
     disk_writer_run(&daemon_of(call)->disk_writer, expect, &expected);
     const struct {
         const char *key;

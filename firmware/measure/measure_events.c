@@ -232,6 +232,7 @@ static enum measure_outcome take_pair(struct measure *self, const struct measure
     }
     self->result.pair = event->pair.number;
     self->pair_f_px = measure_focal_px(self);
+    self->pair_axes = self->axes;
     self->dark_part =
         event->pair.dark_part >= 0 && event->pair.dark_part <= 1 ? event->pair.dark_part : 0;
     return MEASURE_DONE;

@@ -266,6 +266,7 @@ struct measure {
     double light_exposure_us, light_gain, light_reached;  ///< 0: not measured
     double light_f_number;                                ///< at which it was
     double dark_part;
+    struct zoom_state pair_axes;   ///< of the pair to measure
     double pair_f_px, other_f_px;  ///< focal lengths of the pairs, left; 0: none
     uint32_t other_pair;           ///< the wide pair since pan rests, or one after it; 0: none
     unsigned tries;                ///< of this phase, after the first one
