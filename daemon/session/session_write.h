@@ -113,7 +113,8 @@ void session_writer_leave(struct session_writer *self);
 
 /// Appends a note, a comment to the console ("# measure ..."), to a session that has ended, which
 /// is closed again. Errors of session_writer_resume, which refuses a recording, and
-/// session_writer_command; on an error the session is as before. Not while another writer has it.
+/// session_writer_command; on an error the session is as before, or,
+/// on a full disk, without its END. Not while another writer has it.
 int session_add_note(int parent, const char *path, const char *text, struct message *message);
 
 /// Closes and removes what was written, as if the session had never been begun. `parent` as for

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recorded sessions in place of pictures: `calibrate` uses all their pairs, `reconstruct` one."""
+import json
 import os
 import pathlib
 import shutil
@@ -200,6 +201,11 @@ class Reconstruct(Reconstructing):
         # Options replace the instrument's.
         measure("--scale=0.25", *files, "--out", self.directory / "coarse")
         self.assertLess(len((self.directory / "coarse/points.pcd").read_bytes()), len(points) / 2)
+        about, = json.loads(run("info", session, "--json").stdout)
+        self.assertEqual(about["measured"]["request"], "fit=900")
+        self.assertIn("pair=1", about["measured"]["surface"])
+        about, = json.loads(run("info", RECORDED / "cylinder_1x", "--json").stdout)
+        self.assertIsNone(about["measured"])
         # A later measurement in the same recording counts; what no instrument writes is not obeyed.
         for words in ("pair=1 out=elsewhere", "pair=1 debug=elsewhere", "depth=3"):
             add_notes(session, "# measure fit=1", f"# measure surface {words}")

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture_info.h"
+#include "daemon/session/session_notes.h"
 #include "daemon/session/session_pairs.h"
 #include "tools/host/formats/json_of.hpp"
 #include "tools/host/formats/report_text.hpp"
@@ -228,6 +229,25 @@ bool add_pair(reading *self, info_page *page, document *list) {
     return true;
 }
 
+/// What `measure` was asked for, if it took the session, and the options that made its surface.
+void add_measurement(const std::string &path, info_page *page) {
+    const auto notes = std::make_unique<session_notes>();
+    message ignored{};
+    if (session_notes_read(AT_FDCWD, path.c_str(), notes.get(), &ignored) != 1) {
+        page->add("measured", "", "", document());
+        return;
+    }
+    const std::string request = notes->request, surface = notes->surface;
+    document measured;
+    measured["request"] = request;
+    measured["surface"] = surface.empty() ? document() : document(surface);
+    page->add("measured", "taken by",
+              "measure " + request +
+                  (surface.empty() ? ", which ended before its surface"
+                                   : "; \"vergence measure\" makes its surface: " + surface),
+              measured);
+}
+
 }  // namespace
 
 bool info_session(const std::string &path, info_page *page, std::string *message) {
@@ -250,6 +270,7 @@ bool info_session(const std::string &path, info_page *page, std::string *message
         *message = self->last_error.text;
         return false;
     }
+    add_measurement(path, page);
     page->add("cut_off", "end",
               self->reader.cut ? "truncated, or still being written" : "closed in order",
               self->reader.cut);
