@@ -2,13 +2,11 @@
 // One command from a cold instrument to a surface. The decisions are those of firmware/measure;
 // here each step becomes commands of the console, and what they showed becomes its event. Surfaces
 // are computed on another thread, while this one, the rig's, looks after the rig.
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "console/measure_text.h"
-#include "core/math.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/space_check.h"
@@ -18,16 +16,14 @@
 #include "daemon/measure/measure_request.h"
 #include "daemon/measure/measure_rig.h"
 #include "daemon/session/session_notes.h"
-#include "rig/base/rig_clock.h"
+#include "measure/measure_tuning.h"
 
 enum { PAIRS = 4 };  // that a measurement takes at most, but for those that moved
 
-// A coarse surface: a quarter of the pixels a side, and as near as lenses focus.
-static const double look_scale = 0.25, look_near_mm = 500;
 // Where memory is short, or more disparities would be searched than the matcher has room for, the
 // smallest scale of a surface that is worth having.
 static const double scale_min = 0.2;
-static const double us_per_s = 1e6, um_per_mm = 1e3;
+static const double us_per_s = 1e6;
 
 // One measurement. Allocated, as it is large.
 struct measuring {
@@ -43,6 +39,8 @@ struct measuring {
     char why[MESSAGE_BYTES];  // of the last step that failed
     uint64_t begin_us;        // rig's clock
     bool space_checked;
+    bool plan;           // nothing is carried out
+    double distance_mm;  // of the subject, for a plan
     bool request_noted;
     int noted;  // steps of the report that the session has
     struct surface_run *run;
@@ -91,7 +89,7 @@ static void move(struct measuring *self) {
 // note cannot be written: the pairs are there.
 static void note_steps(struct measuring *self) {
     char text[SESSION_TEXT_MAX + 1];
-    if (self->report.captures == 0 && !daemon_of(self->call)->session.recording) {
+    if (self->plan || (self->report.captures == 0 && !daemon_of(self->call)->session.recording)) {
         return;
     }
     if (!self->request_noted) {
@@ -134,23 +132,18 @@ static void look(struct measuring *self) {
         return;
     }
     prepared->captured = last_pair_use(&daemon_of(self->call)->last_pair);
-    prepared->request = reconstruct_request_defaults();
-    prepared->request.scale = look_scale;
-    prepared->request.depth_mm[0] = self->step.near_mm > 0 ? self->step.near_mm : look_near_mm;
-    prepared->request.depth_mm[1] = self->step.far_mm > 0 ? self->step.far_mm : (double)INFINITY;
-    (void)reconstruct_request_check_search(&prepared->request);
+    INVARIANT(prepared->captured != NULL);  // this thread has just taken it
+    measure_look_prepare(&self->step, prepared->captured->pair.frame, &prepared->request);
     self->event.error = run_surface(self, prepared);
     free(prepared);
     if (self->event.error != ERROR_OK) {
         return;
     }
     const struct pair_frame *frame = self->run->source.pair.pair.frame;
-    const struct calibration_window window = {frame[RIG_RIGHT].window.column_px,
-                                              frame[RIG_RIGHT].window.row_px,
-                                              frame[RIG_RIGHT].window.skip};
     struct measure_look request = {.near_mm = self->step.near_mm, .far_mm = self->step.far_mm};
     measure_look_set_width(&request, &self->machine.request, self->zoom, &frame[RIG_LEFT]);
-    if (!measure_look_find(&self->run->job.context, &window, &request, &self->event)) {
+    if (!measure_look_find(&self->run->job.context, &frame[RIG_RIGHT].window, &request,
+                           &self->event)) {
         self->event.error = ERROR_NO_SURFACE;
         snprintf(self->why, sizeof self->why, "the coarse surface has nothing in the middle");
     }
@@ -163,13 +156,7 @@ static void surface(struct measuring *self) {
         return;
     }
     prepared->keep = true;
-    prepared->request = reconstruct_request_defaults();
-    prepared->request.pair = (int)self->step.pair;
-    prepared->request.with_pair = (int)self->step.with_pair;
-    // As the note of it has them, so that the same surface follows from it.
-    prepared->request.depth_mm[0] = math_round(self->step.near_mm * um_per_mm) / um_per_mm;
-    prepared->request.depth_mm[1] = math_round(self->step.far_mm * um_per_mm) / um_per_mm;
-    (void)reconstruct_request_check_search(&prepared->request);
+    measure_request_surface(&self->step, &prepared->request);
     self->event.error = run_surface(self, prepared);
     while ((self->event.error == ERROR_MEMORY || self->event.error == ERROR_DISPARITY_RANGE) &&
            prepared->request.scale / 2 >= scale_min) {
@@ -235,6 +222,10 @@ static void read_state(struct measuring *self) {
 
 static int carry_out(struct measuring *self) {
     memset(&self->event, 0, sizeof self->event);
+    if (self->plan) {
+        self->event = measure_expect(&self->machine, &self->step, self->distance_mm);
+        return ERROR_OK;
+    }
     self->why[0] = self->call->message[0] = '\0';
     if (daemon_should_stop(self->call)) {
         self->event.error = ERROR_CANCELLED;
@@ -263,15 +254,16 @@ static int drive(struct measuring *self, const struct measure_request *request) 
     take_instrument(self, &instrument);
     self->step = measure_begin(&self->machine, request, &instrument);
     while (error == ERROR_OK && self->step.kind != MEASURE_STEP_END) {
-        struct measure_report_step *noted =
-            measure_report_add(&self->report, &self->step, elapsed_s(self));
+        struct measure_report_step *noted = measure_report_add(
+            &self->report, &self->step, self->plan ? self->report.seconds : elapsed_s(self));
         announce(self, noted);
         if (self->step.kind != MEASURE_STEP_PAIR || self->report.captures > 0) {
             note_steps(self);
         }
         error = carry_out(self);
         if (noted != NULL) {
-            noted->taken_s = elapsed_s(self) - noted->at_s;
+            noted->taken_s = self->plan ? self->step.seconds : elapsed_s(self) - noted->at_s;
+            self->report.seconds = noted->at_s + noted->taken_s;
             snprintf(noted->failed, sizeof noted->failed, "%.*s", MEASURE_REPORT_TEXT_BYTES - 1,
                      self->event.error != ERROR_OK ? self->why : "");
         }
@@ -331,6 +323,10 @@ static int fail(const struct measuring *self) {
 
 static int conclude(struct measuring *self, const struct measure_request *request) {
     const struct measure_result *result = &self->machine.result;
+    if (self->plan) {
+        measure_report_put_plan(&self->report, self->call, result);
+        return result->error == ERROR_OK ? ERROR_OK : fail(self);
+    }
     self->report.seconds = elapsed_s(self);
     measure_report_put(&self->report, self->call, self->name, self->session, request, result);
     self->call->message[0] = '\0';  // of steps that failed
@@ -352,6 +348,9 @@ static int run_with(struct measuring *self) {
         return error;
     }
     self->begin_us = record_now_us(&daemon_of(call)->record);
+    self->plan = command_is_set(&call->values[MEASURE_REQUEST_PLAN]);
+    self->distance_mm =
+        request.far_mm > 0 ? (request.near_mm + request.far_mm) / 2 : MEASURE_ANY_DISTANCE_MM;
     error = drive(self, &request);
     return error == ERROR_OK ? conclude(self, &request) : error;
 }

@@ -10,6 +10,8 @@
 static const double um_per_mm = 1e3, q20 = 1 << 20;
 // How much wider than the picture that is wanted the part is in which the subject is looked for.
 static const double margin = 1.2;
+// A coarse surface: its width, and as near as lenses focus.
+static const double width_px = 512, nearest_mm = 500;
 
 static int32_t to_um(double mm) {
     return (int32_t)math_round(um_per_mm * math_max(-2e6, math_min(2e6, mm)));
@@ -34,7 +36,7 @@ struct measure_ray measure_look_middle(const struct calibration *calibration) {
 
 // Where the right camera sees a point of the left camera's frame, px of the whole sensor.
 static bool project_right(const struct reconstruct_context *context,
-                          const struct calibration_window *window, const double left_mm[3],
+                          const struct pair_window *window, const double left_mm[3],
                           double right_px[2]) {
     const struct calibration *calibration = context->calibration;
     double R_right_left[9], right_mm[3];
@@ -50,9 +52,19 @@ static bool project_right(const struct reconstruct_context *context,
         right_px[i] = (right_px[i] + 0.5) * context->shrink - 0.5;
     }
     if (window->skip > 0) {
-        adjust_to_sensor(window, right_px);
+        const struct calibration_window part = {window->column_px, window->row_px, window->skip};
+        adjust_to_sensor(&part, right_px);
     }
     return true;
+}
+
+void measure_look_prepare(const struct measure_step *step, const struct pair_frame frames[2],
+                          struct reconstruct_request *request) {
+    *request = reconstruct_request_defaults();
+    request->scale = math_min(1, width_px / frames[RIG_LEFT].image.width_px);
+    request->depth_mm[0] = step->near_mm > 0 ? step->near_mm : nearest_mm;
+    request->depth_mm[1] = step->far_mm > 0 ? step->far_mm : (double)INFINITY;
+    (void)reconstruct_request_check_search(request);  // they are in order
 }
 
 void measure_look_set_width(struct measure_look *self, const struct measure_request *request,
@@ -70,9 +82,8 @@ void measure_look_set_width(struct measure_look *self, const struct measure_requ
     }
 }
 
-bool measure_look_find(const struct reconstruct_context *context,
-                       const struct calibration_window *window, const struct measure_look *look,
-                       struct measure_event *event) {
+bool measure_look_find(const struct reconstruct_context *context, const struct pair_window *window,
+                       const struct measure_look *look, struct measure_event *event) {
     const struct reconstruct_result *result = context->result;
     struct measure_subject_request request = {
         .ray = look->ray != NULL ? *look->ray : measure_look_middle(context->calibration),

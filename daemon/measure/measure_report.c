@@ -35,17 +35,26 @@ void measure_report_pair(struct measure_report *self, enum measure_phase phase,
     }
 }
 
+static double share_in_the_middle(const struct image_u8 *reasons) {
+    uint32_t seen = 0, measured = 0;
+    for (int y = reasons->height / 4; y < reasons->height - reasons->height / 4; y++) {
+        const uint8_t *row = reasons->data + y * reasons->stride;
+        for (int x = reasons->width / 4; x < reasons->width - reasons->width / 4; x++) {
+            measured += row[x] == REASON_VALID;
+            seen +=
+                row[x] != REASON_BORDER && row[x] != REASON_OUT_OF_RANGE && row[x] != REASON_BEYOND;
+        }
+    }
+    return seen > 0 ? (double)measured / seen : 0;
+}
+
 void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
                             struct measure_event *event) {
     const struct reconstruct_result *result = context->result;
     struct result_figures_quantiles spread = {{0}, {0}};
-    uint32_t seen = 0;
     self->points = result_figures_measured_count(result);
     for (int reason = 0; reason < REASON_COUNT; reason++) {
         self->reason_count[reason] = result->reason_count[reason];
-        seen += reason == REASON_BORDER || reason == REASON_OUT_OF_RANGE || reason == REASON_BEYOND
-                    ? 0
-                    : result->reason_count[reason];
     }
     if (result->vertex_count > 0) {
         (void)reconstruct_context_spread(context, &spread);  // zeros: out of memory
@@ -54,7 +63,7 @@ void measure_report_surface(struct measure_report *self, const struct reconstruc
     event->surface.depth_mm = spread.depth_mm[1];
     event->surface.sigma_mm = spread.sigma_mm[1];
     event->surface.common_mm = context->depth_sigma_common_mm;
-    event->surface.share = seen > 0 ? (double)self->points / seen : 0;
+    event->surface.share = share_in_the_middle(&result->match.reason);
     event->surface.with_used = context->with_pair_used;
     event->misfit =
         context->self_calibrated && context->self_calibration.health == ADJUST_CALIBRATE;
@@ -112,7 +121,7 @@ static void put_surface(const struct measure_report *self, const struct command_
     }
     reply_number(call, "points", self->points, 0, NULL);
     reply_number(call, "measured_percent", 100 * result->share, 1, "%");
-    reply_number(call, "distance_mm", result->depth_mm, 1, "mm");
+    reply_number(call, "distance_mm", result->distance_mm, 1, "mm");
     reply_number(call, "depth_near_mm", self->depth_mm[0], 1, "mm");
     reply_number(call, "depth_far_mm", self->depth_mm[2], 1, "mm");
     reply_number(call, "sigma_point_mm", result->sigma_mm, 3, "mm");
@@ -142,6 +151,16 @@ static void put_texts(const struct command_call *call, const struct measure_resu
     struct command_text text = command_text_begin(sentence, sizeof sentence);
     measure_text_add_result(&text, result);
     reply_text(call, "sentence", sentence);
+}
+
+void measure_report_put_plan(const struct measure_report *self, const struct command_call *call,
+                             const struct measure_result *result) {
+    put_steps(self, call);
+    reply_number(call, "seconds", self->seconds, 1, "s");
+    put_known(call, "density_px_per_mm2", result->density_per_mm2, 3, "px/mm^2");
+    put_known(call, "width_mm", result->width_mm, 1, "mm");
+    put_known(call, "near_sharp_mm", result->sharp_near_mm, 1, "mm");
+    put_known(call, "far_sharp_mm", result->sharp_far_mm, 1, "mm");
 }
 
 void measure_report_put(const struct measure_report *self, const struct command_call *call,

@@ -47,10 +47,14 @@ struct measure_report_step *measure_report_add(struct measure_report *self,
 void measure_report_pair(struct measure_report *self, enum measure_phase phase,
                          const struct pair_frame *left, double f_number);
 
-/// Takes over a surface: here and into the event. Its share is of the pixels that both cameras see
-/// within the depths searched.
+/// Takes over a surface: here and into the event. Its share is of the pixels in the middle of the
+/// view, half of its width and height, that both cameras see within the depths searched.
 void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
                             struct measure_event *event);
+
+/// Adds the steps of a plan and what it expects to an answer.
+void measure_report_put_plan(const struct measure_report *self, const struct command_call *call,
+                             const struct measure_result *result);
 
 /// Adds everything to an answer. `name`: as the user gave it; `session`: what has the pairs.
 void measure_report_put(const struct measure_report *self, const struct command_call *call,

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
+#include "core/math.h"
 #include "daemon/session/session_notes.h"
 
 const char *measure_request_make(const struct command_value *values,
@@ -62,6 +63,16 @@ void measure_request_print(const struct measure_request *request, const char *be
     }
 }
 
+void measure_request_surface(const struct measure_step *step, struct reconstruct_request *request) {
+    static const double um_per_mm = 1e3;
+    *request = reconstruct_request_defaults();
+    request->pair = (int)step->pair;
+    request->with_pair = (int)step->with_pair;
+    request->depth_mm[0] = math_round(step->near_mm * um_per_mm) / um_per_mm;
+    request->depth_mm[1] = math_round(step->far_mm * um_per_mm) / um_per_mm;
+    (void)reconstruct_request_check_search(request);  // they are in order
+}
+
 void measure_request_print_surface(const struct reconstruct_request *request,
                                    char text[SESSION_TEXT_MAX + 1]) {
     text[0] = '\0';
@@ -114,4 +125,8 @@ const struct command_argument measure_request_arguments[MEASURE_REQUEST_ARGUMENT
      .unit = "mm",
      .help = "farthest depth"},
     {.name = "quick", .kind = COMMAND_FLAG, .help = "one look, and no pair at a second zoom"},
+    {.name = "plan",
+     .kind = COMMAND_FLAG,
+     .help = "only show the steps; nothing moves. The subject is taken to be in the middle of near "
+             "and far, or 2 m ahead"},
 };

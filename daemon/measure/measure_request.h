@@ -20,6 +20,7 @@ enum {
     MEASURE_REQUEST_NEAR,
     MEASURE_REQUEST_FAR,
     MEASURE_REQUEST_QUICK,
+    MEASURE_REQUEST_PLAN,
     MEASURE_REQUEST_ARGUMENTS
 };
 extern const struct command_argument measure_request_arguments[MEASURE_REQUEST_ARGUMENTS];
@@ -31,6 +32,10 @@ const char *measure_request_make(const struct command_value *values,
 /// The request in the words of the command, after `before`: "fit=360 quick=yes".
 void measure_request_print(const struct measure_request *request, const char *before,
                            char text[SESSION_TEXT_MAX + 1]);
+
+/// The request for the surface of a step, with lengths as its note has them, so that the same
+/// surface follows from that.
+void measure_request_surface(const struct measure_step *step, struct reconstruct_request *request);
 
 /// The note of a surface, by whose words a PC makes the same one.
 void measure_request_print_surface(const struct reconstruct_request *request,

@@ -86,7 +86,7 @@ void measure_text_add_result(struct command_text *text, const struct measure_res
         }
         command_text_add(text, " mm, of ");
         add_figure(text, 100 * result->share);
-        command_text_add(text, " % of the view");
+        command_text_add(text, " % of the middle of the view");
     }
     add_losses(text, result->losses);
     if (result->advice != MEASURE_ADVICE_NOTHING) {

@@ -309,6 +309,7 @@ static enum measure_outcome take_surface(struct measure *self, const struct meas
         measure_lose(self, MEASURE_LOSS_MISFIT);
     }
     result->depth_mm = event->surface.depth_mm;
+    result->distance_mm = self->distance_mm > 0 ? self->distance_mm : result->depth_mm;
     result->sigma_mm = event->surface.sigma_mm;
     result->common_mm = event->surface.common_mm;
     result->share = event->surface.share;

@@ -12,33 +12,32 @@
 extern "C" {
 #endif
 
-/// X(name, seconds, text). Seconds: what the phase takes on the rig, for the time left; the lens
-/// moves by rig/lens_move.h, focus by focus/RESULTS.md, frames by rig/rig_region.h, the others
-/// estimated.
+/// X(name, seconds, text). Seconds: what the phase takes, for the time left: on the simulated rig's
+/// clock, with whole frames; those of the surface are the machine's.
 #define MEASURE_PHASE_LIST(X)                    \
-    X(BRINGUP, 4, "bring up")                    \
-    X(AHEAD, 2, "look ahead")                    \
-    X(WIDE_ZOOM, 3, "zoom out")                  \
+    X(BRINGUP, 1, "bring up")                    \
+    X(AHEAD, 1, "look ahead")                    \
+    X(WIDE_ZOOM, 2, "zoom out")                  \
     X(WIDE_IRIS, 2, "iris for the wide view")    \
     X(WIDE_LIGHT, 3, "light of the wide view")   \
     X(WIDE_FOCUS, 2, "focus of the wide view")   \
-    X(WIDE_PAIR, 1, "wide pair")                 \
+    X(WIDE_PAIR, 3, "wide pair")                 \
     X(WIDE_SURFACE, 1, "coarse surface")         \
     X(AIM, 2, "aim")                             \
-    X(AIMED_PAIR, 1, "wide pair after the aim")  \
+    X(AIMED_PAIR, 3, "wide pair after the aim")  \
     X(AIMED_SURFACE, 1, "coarse surface")        \
     X(ZOOM, 4, "zoom")                           \
-    X(FOCUS, 6, "focus")                         \
-    X(IRIS, 3, "iris")                           \
-    X(MIDDLE, 1, "focus on the middle")          \
-    X(LIGHT, 3, "light")                         \
-    X(PAIR, 1, "pair")                           \
-    X(MERGED, 9, "pair of several exposures")    \
+    X(FOCUS, 15, "focus")                        \
+    X(IRIS, 2, "iris")                           \
+    X(MIDDLE, 2, "focus on the middle")          \
+    X(LIGHT, 6, "light")                         \
+    X(PAIR, 3, "pair")                           \
+    X(MERGED, 7, "pair of several exposures")    \
     X(OTHER_ZOOM, 4, "other zoom")               \
     X(OTHER_FOCUS, 2, "focus at the other zoom") \
     X(OTHER_LIGHT, 3, "light at the other zoom") \
-    X(OTHER_PAIR, 1, "pair at the other zoom")   \
-    X(SURFACE, 20, "surface")
+    X(OTHER_PAIR, 3, "pair at the other zoom")   \
+    X(SURFACE, 10, "surface")
 
 enum measure_phase {
 #define MEASURE_PHASE_ENUM(name, seconds, text) MEASURE_##name,
@@ -242,6 +241,7 @@ struct measure_result {
     enum measure_phase phase;  ///< in which it ended
     uint32_t losses;           ///< bits 1 << enum measure_loss
     uint32_t pair, with_pair;  ///< numbers of those that were taken; 0: none
+    double distance_mm;        ///< of the subject; of the surface if that is not known
     double sigma_mm, common_mm, share, depth_mm;  ///< of the surface; common < 0: not known
     double density_per_mm2, width_mm;             ///< by the positions read; 0: not known
     double sharp_near_mm, sharp_far_mm;           ///< 0 0: not known

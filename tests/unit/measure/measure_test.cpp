@@ -259,7 +259,8 @@ TEST_CASE("steps and results in words") {
     command_text text = command_text_begin(bytes, sizeof bytes);
     measure_text_add_result(&text, &result);
     CHECK(std::string(bytes) ==
-          "points good to 1 mm at 1800 mm, all depths together to 1.5 mm, of 90 % of the view");
+          "points good to 1 mm at 1800 mm, all depths together to 1.5 mm, of 90 % of the middle of "
+          "the view");
     result.advice = MEASURE_ADVICE_BOARD;
     result.common_mm = 3.1;
     result.advised_mm = 0.8;
