@@ -4,10 +4,13 @@
 A module figure_*.py of this folder has FIGURES, a table from the name of each of its figures to a
 function of a Context that returns a Figure; tools/figures finds it there.
 """
+import argparse
 import base64
 import dataclasses
 import html
+import os
 import pathlib
+import re
 
 PAGE = pathlib.Path(__file__).resolve().parents[1] / "host" / "page"
 STYLE = """
@@ -15,6 +18,34 @@ STYLE = """
 .shots svg { width: 100%; height: auto; background: #fff; }
 pre { overflow-x: auto; background: var(--panel); border: 1px solid var(--line); border-radius: 8px; padding: 9px 14px; font-size: 0.84rem; }
 """
+
+
+class Options(argparse.ArgumentParser):
+    """With what figures and experiments have in common; a mistake is one line."""
+
+    def __init__(self, program):
+        super().__init__(prog=program, add_help=False, allow_abbrev=False)
+        self.add_argument("--only", type=self.expression, default=re.compile(".*"))
+        self.add_argument("--quick", action="store_true")
+        self.add_argument("--seed", type=self.count, default=1)
+        self.add_argument("--jobs", type=self.count, default=os.cpu_count() or 1)
+        self.add_argument("--help", action="store_true")
+
+    @staticmethod
+    def expression(text):
+        try:
+            return re.compile(text)
+        except re.error as error:
+            raise argparse.ArgumentTypeError(f"not a regular expression ({error})") from error
+
+    @staticmethod
+    def count(text):
+        if not text.isdecimal() or int(text) < 1:
+            raise argparse.ArgumentTypeError("not a positive whole number")
+        return int(text)
+
+    def error(self, message):
+        self.exit(2, f"{self.prog}: {message}; see --help\n")
 
 
 @dataclasses.dataclass
@@ -26,6 +57,11 @@ class Context:
     folder: pathlib.Path
     seed: int
     threads: int
+    quick: bool = False      # one look and one zoom, no search of the focus
+
+    def measurement(self, words):
+        """The words of a `measure`."""
+        return f"{words} --quick" if self.quick else words
 
     def program(self, name):
         return self.programs / {"vergenced": "daemon/vergenced", "vergence": "tools/vergence"}.get(

@@ -97,7 +97,8 @@ def middle(result, values):
 
 def surface(figure_number, scene, width_mm):
     def make(context):
-        reply = measured.measure(context, scene, f"--fit {width_mm}", context.folder)
+        words = context.measurement(f"--fit {width_mm}")
+        reply = measured.measure(context, scene, words, context.folder)
         ours = context.folder / "m-surface"
         results = {"surface": ours,
                    "paper": measured.match_by_preset(context, context.folder, "paper", PAPER_SCALE),
@@ -120,7 +121,7 @@ def surface(figure_number, scene, width_mm):
             (context.folder / f"picture_{index}.jpg").write_bytes(picture.data)
         return Figure(f"Figure {figure_number}: the {scene}, {width_mm} mm wide in the picture",
                       f"1.8 m away, measured by one command from a cold instrument. {reply.get('sentence', '')}{missing}",
-                      f"vergence --connect measure {scene} --fit {width_mm}", context.seed,
+                      f"vergence --connect measure {scene} {words}", context.seed,
                       [accuracy(judged, scene), measurement(reply, judged["surface"])], pictures)
     return make
 

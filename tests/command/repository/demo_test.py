@@ -111,11 +111,20 @@ class Demo(unittest.TestCase):
         self.assertEqual(compiled, [])
 
     def test_wrong_usage(self):
-        for tool in ("build", "demo", "install_packages"):
+        for tool in ("build", "demo", "figures", "install_packages"):
             wrong = run(tool, "--no-such-thing")
             self.assertEqual((wrong.returncode, wrong.stdout), (2, ""))
             self.assertEqual(wrong.stderr.count("\n"), 1)
             self.assertEqual(run(tool, "--help").returncode, 0)
+
+    def test_figures_are_listed_and_chosen(self):
+        names = run("figures", "--list").stdout.split()
+        for name in ("cylinder_1000", "cylinder_360", "mug_250", "figurine_180", "level_150"):
+            self.assertIn(name, names)
+        self.assertEqual(run("figures", "--list", "--only", "mug_.*").stdout.split(), ["mug_600", "mug_250"])
+        for wrong in (("--only", "mug"), ("--only", "("), ("--jobs", "0")):
+            done = run("figures", "--list", *wrong)
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), wrong)
 
     def test_a_build_that_fails_reports_where(self):
         with tempfile.TemporaryDirectory(prefix="vergence-build-") as folder:

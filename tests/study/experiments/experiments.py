@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""usage: experiments.py BUILD [--runs N] [--seed N] [--jobs N] [--only REGEX] [--out DIR] [--write FILE]
+"""usage: experiments.py BUILD [--runs N] [--seed N] [--jobs N] [--only REGEX] [--quick] [--out DIR] [--write FILE]
 
 Measures the objects of tools/figures on the simulated rig by one `measure` each, with N seeds: each has its own
 noise, servos, motors, lights, place and turn of the object, and side of its ornament. Prints a table against the
@@ -10,7 +10,6 @@ can be added; --write replaces what is below the mark of FILE. The rig is measur
 
 Exit code: 0; 1 when a measurement ended without a surface; 2 for wrong usage.
 """
-import argparse
 import concurrent.futures
 import json
 import os
@@ -29,7 +28,7 @@ sys.path[:0] = [str(ROOT / "tools/figures.d"), str(ROOT / "tools/demo.d")]
 sys.dont_write_bytecode = True
 
 import measured  # noqa: E402
-from figure import Context  # noqa: E402
+from figure import Context, Options  # noqa: E402
 from figure_surfaces import ROWS  # noqa: E402
 from rig import Failed, interrupt, run  # noqa: E402
 
@@ -74,8 +73,8 @@ def experiment(context, scene, width_mm):
         return json.loads(kept.read_text(encoding="utf-8"))
     context.folder.mkdir(parents=True, exist_ok=True)
     try:
-        reply = measured.measure(context, vary(scene, context.seed, context.folder), f"--fit {width_mm}",
-                                 context.folder)
+        reply = measured.measure(context, vary(scene, context.seed, context.folder),
+                                 context.measurement(f"--fit {width_mm}"), context.folder)
         found = {"reply": reply,
                  "judged": measured.judge(context.folder / "m-surface", context.folder, scene, reply)}
     except Failed as error:
@@ -124,13 +123,10 @@ def table(results):
 
 
 def options_of(words):
-    parser = argparse.ArgumentParser(usage=__doc__)
     cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache")
-    parser.add_argument("build", type=pathlib.Path)
-    parser.add_argument("--runs", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--only", type=re.compile, default=re.compile(".*"))
+    parser = Options("experiments.py")
+    parser.add_argument("build", type=pathlib.Path, nargs="?")
+    parser.add_argument("--runs", type=Options.count, default=20)
     parser.add_argument("--out", type=pathlib.Path, default=cache / "vergence/experiments")
     parser.add_argument("--write", type=pathlib.Path)
     return parser.parse_args(words)
@@ -138,18 +134,22 @@ def options_of(words):
 
 def main():
     options = options_of(sys.argv[1:])
+    if options.help or not options.build:
+        print(__doc__, end="")
+        return 0 if options.help else 2
     solved = options.out / "calibrated"
     if not (solved / "instrument.zoom").exists():
         options.out.mkdir(parents=True, exist_ok=True)
         measured.calibrate(options.build, solved)
     pool = concurrent.futures.ThreadPoolExecutor(options.jobs)
-    work = {}
+    work, quick = {}, "-quick" if options.quick else ""
     for seed in range(options.seed, options.seed + options.runs):
         for _, scene, widths in ROWS:
             for width in widths:
                 if options.only.fullmatch(f"{scene}_{width}"):
                     context = Context(options.build.resolve(), solved.resolve(),
-                                      options.out.resolve() / f"{scene}_{width}-{seed}", seed, 1)
+                                      options.out.resolve() / f"{scene}_{width}-{seed}{quick}", seed, 1,
+                                      options.quick)
                     work[pool.submit(experiment, context, scene, width)] = f"{scene} {width}"
     results = []
     try:
@@ -165,7 +165,7 @@ def main():
     if options.write:
         page = options.write.read_text(encoding="utf-8").partition(MARK)[0]
         options.write.write_text(f"{page}{MARK}\n\n`tools/campaign experiments --runs {options.runs} --seed "
-                                 f"{options.seed}`:\n\n{text}", encoding="utf-8")
+                                 f"{options.seed}{' --quick' if options.quick else ''}`:\n\n{text}", encoding="utf-8")
     return 1 if any("failed" in found for _, found in results) else 0
 
 
