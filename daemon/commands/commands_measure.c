@@ -163,11 +163,12 @@ static void surface(struct measuring *self) {
         prepared->request.scale /= 2;
         self->event.error = run_surface(self, prepared);
     }
-    self->report.scale = prepared->request.scale;
+    self->event.surface.scale = prepared->request.scale;
     if (self->event.error != ERROR_OK) {
         free(prepared);
         return;
     }
+    self->report.scale = prepared->request.scale;
     char note[SESSION_TEXT_MAX + 1];
     measure_request_print_surface(&prepared->request, note);
     (void)commands_session_note(self->call, self->session, note);

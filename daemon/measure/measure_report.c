@@ -35,17 +35,19 @@ void measure_report_pair(struct measure_report *self, enum measure_phase phase,
     }
 }
 
-static double share_in_the_middle(const struct image_u8 *reasons) {
-    uint32_t seen = 0, measured = 0;
+static void look_at_middle(const struct image_u8 *reasons, struct measure_event *event) {
+    uint32_t seen = 0, measured = 0, faint = 0;
     for (int y = reasons->height / 4; y < reasons->height - reasons->height / 4; y++) {
         const uint8_t *row = reasons->data + y * reasons->stride;
         for (int x = reasons->width / 4; x < reasons->width - reasons->width / 4; x++) {
             measured += row[x] == REASON_VALID;
+            faint += row[x] == REASON_NO_TEXTURE;
             seen +=
                 row[x] != REASON_BORDER && row[x] != REASON_OUT_OF_RANGE && row[x] != REASON_BEYOND;
         }
     }
-    return seen > 0 ? (double)measured / seen : 0;
+    event->surface.share = seen > 0 ? (double)measured / seen : 0;
+    event->surface.faint = seen > 0 ? (double)faint / seen : 0;
 }
 
 void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
@@ -63,7 +65,7 @@ void measure_report_surface(struct measure_report *self, const struct reconstruc
     event->surface.depth_mm = spread.depth_mm[1];
     event->surface.sigma_mm = spread.sigma_mm[1];
     event->surface.common_mm = context->depth_sigma_common_mm;
-    event->surface.share = share_in_the_middle(&result->match.reason);
+    look_at_middle(&result->match.reason, event);
     event->surface.with_used = context->with_pair_used;
     event->misfit =
         context->self_calibrated && context->self_calibration.health == ADJUST_CALIBRATE;

@@ -68,6 +68,7 @@ void measure_request_surface(const struct measure_step *step, struct reconstruct
     *request = reconstruct_request_defaults();
     request->pair = (int)step->pair;
     request->with_pair = (int)step->with_pair;
+    request->scale = step->scale;
     request->depth_mm[0] = math_round(step->near_mm * um_per_mm) / um_per_mm;
     request->depth_mm[1] = math_round(step->far_mm * um_per_mm) / um_per_mm;
     (void)reconstruct_request_check_search(request);  // they are in order

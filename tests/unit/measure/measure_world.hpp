@@ -79,7 +79,9 @@ class World {
                          step.with_pair != 0 ? 1.5 : 20,
                          0.9,
                          other_mm,
-                         0.8};
+                         0.8,
+                         0,
+                         0};
         look(step, event);
         for (int side = 0; side < 2; side++) {
             event.axes.side[side].zoom_counts = zoom[side] + normal(random, drift_counts);
