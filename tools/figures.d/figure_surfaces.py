@@ -120,7 +120,8 @@ def surface(figure_number, scene, width_mm):
         for index, picture in enumerate(pictures):
             (context.folder / f"picture_{index}.jpg").write_bytes(picture.data)
         return Figure(f"Figure {figure_number}: the {scene}, {width_mm} mm wide in the picture",
-                      f"1.8 m away, measured by one command from a cold instrument. {reply.get('sentence', '')}{missing}",
+                      "1.8 m away, measured by one command from a cold instrument. OpenCV gets the pair at half size "
+                      f"where it needs more than 1.5 GB. {reply.get('sentence', '')}{missing}",
                       f"vergence --connect measure {scene} {words}", context.seed,
                       [accuracy(judged, scene), measurement(reply, judged["surface"])], pictures)
     return make

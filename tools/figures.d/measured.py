@@ -92,12 +92,10 @@ def match_by_opencv(context, ours, out):
 
 
 def judge(result, folder, scene, reply):
-    """Object and whole picture (key "picture") against the truth; kept in the result's directory."""
+    """Against the truth; kept in the result's directory."""
     kept = result / "accuracy.json"
     if not kept.exists():
         sharp = f"{reply['near_sharp_mm']}:{reply['far_sharp_mm']}" if reply.get("near_sharp_mm") else "0:1e9"
-        compare = [TOOLS / "simrig/compare", result, folder / "truth", "--json"]
-        found = json.loads(run([*compare, "--object", scene, "--sharp", sharp]))
-        found["picture"] = json.loads(run(compare))["kept"]
-        kept.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+        kept.write_text(run([TOOLS / "simrig/compare", result, folder / "truth", "--object", scene, "--sharp", sharp,
+                             "--json"]), encoding="utf-8")
     return json.loads(kept.read_text(encoding="utf-8"))
