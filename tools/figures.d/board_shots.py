@@ -25,8 +25,11 @@ def instrument(context, scene):
 
 
 def keep(rig, session):
-    """Moves the session of that name from the instrument's files."""
-    shutil.move(rig.files / session.name, session)
+    """Moves the session of that name from the instrument's files: whole, or not at all."""
+    part = session.with_name(session.name + ".part")
+    shutil.rmtree(part, ignore_errors=True)
+    shutil.move(rig.files / session.name, part)  # may copy: the temporary folder has its own disk
+    part.replace(session)
 
 
 def take(context, scene, zooms, distance_mm, right_mm=0):

@@ -48,6 +48,13 @@ class Options(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}; see --help\n")
 
 
+def write_whole(path, text):
+    """Writes a file that a later run relies on: whole, or not at all."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
+
+
 @dataclasses.dataclass
 class Context:
     """What a figure may use. `folder` is its own and stays from run to run: a figure that finds there what

@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from figure import write_whole
 from rig import TOOLS, Failed, Instrument, run
 
 BLOCK_PX = 3
@@ -39,7 +40,7 @@ def measure(context, scene, words, folder):
                         context.seed, context.calibration / "instrument.zoom", context.threads) as instrument:
             reply = instrument.measure("m", words, folder)
             instrument.truth(folder / "m", reply["pair"], folder / "truth")
-    kept.write_text(json.dumps(reply, indent=2) + "\n", encoding="utf-8")
+    write_whole(kept, json.dumps(reply, indent=2) + "\n")
     return reply
 
 
@@ -57,7 +58,7 @@ def match_by_preset(context, folder, preset, scale):
     except Failed as error:
         if "no surface was found" not in str(error):
             raise
-        nothing.write_text(f"{error}\n", encoding="utf-8")
+        write_whole(nothing, f"{error}\n")
         return None
     return out
 
@@ -86,8 +87,8 @@ def match_by_opencv(context, ours, out):
         found = cv2.resize(found, pair[0].shape[::-1], interpolation=cv2.INTER_NEAREST) * shrink
     if not cv2.imwrite(str(out / "disparity.pfm"), found):
         raise Failed(f"{out}/disparity.pfm: cannot be written")
-    for name in ("left_rectified.png", "result.json"):
-        shutil.copy(ours / name, out)
+    shutil.copy(ours / "left_rectified.png", out)
+    write_whole(out / "result.json", (ours / "result.json").read_text(encoding="utf-8"))
     return out
 
 
@@ -96,6 +97,6 @@ def judge(result, folder, scene, reply):
     kept = result / "accuracy.json"
     if not kept.exists():
         sharp = f"{reply['near_sharp_mm']}:{reply['far_sharp_mm']}" if reply.get("near_sharp_mm") else "0:1e9"
-        kept.write_text(run([TOOLS / "simrig/compare", result, folder / "truth", "--object", scene, "--sharp", sharp,
-                             "--json"]), encoding="utf-8")
+        write_whole(kept, run([TOOLS / "simrig/compare", result, folder / "truth", "--object", scene, "--sharp", sharp,
+                               "--json"]))
     return json.loads(kept.read_text(encoding="utf-8"))

@@ -28,7 +28,7 @@ sys.path[:0] = [str(ROOT / "tools/figures.d"), str(ROOT / "tools/demo.d")]
 sys.dont_write_bytecode = True
 
 import measured  # noqa: E402
-from figure import Context, Options  # noqa: E402
+from figure import Context, Options, write_whole  # noqa: E402
 from figure_surfaces import ROWS  # noqa: E402
 from rig import Failed, interrupt, run  # noqa: E402
 
@@ -81,7 +81,7 @@ def experiment(context, scene, width_mm):
         if "interrupted" in str(error):
             raise
         found = {"failed": str(error)[-400:]}
-    kept.write_text(json.dumps(found), encoding="utf-8")
+    write_whole(kept, json.dumps(found))
     for name in LARGE:
         shutil.rmtree(context.folder / name, ignore_errors=True)
     return found
