@@ -73,25 +73,28 @@ static bool add_request(struct parts *parts, const char *word, bool quoted) {
     return length + (size_t)more < sizeof parts->request;
 }
 
-/// False: too long.
-static bool split(const struct command_words *words, struct parts *parts) {
+/// Checks what would otherwise be found only after the instrument has measured, too.
+static int split(const struct command_words *words, struct parts *parts, struct message *message) {
     *parts = (struct parts){.local_count = 0};
     for (size_t i = 0; i < words->count; i++) {
         const char *word = words->word[i];
         const bool quoted = (words->quoted >> i & 1) != 0;
         bool has_value = false;
-        if (i < 2 || quoted || !is_local(word, &has_value)) {
+        if (i == 0 || quoted || !is_local(word, &has_value)) {
             if (!add_request(parts, word, quoted)) {
-                return false;
+                return message_set(message, ERROR_SYNTAX, "command too long");
             }
             continue;
         }
         add_local(parts, word[0] == '-' ? "" : "--", word);
-        if (!has_value && i + 1 < words->count) {
+        if (!has_value && i + 1 == words->count) {
+            return message_set(message, ERROR_MISSING, "measure: %s requires a value", word);
+        }
+        if (!has_value) {
             add_local(parts, "", words->word[++i]);
         }
     }
-    return true;
+    return ERROR_OK;
 }
 
 static void keep_member(const char *text, const char *name, char value[NAME_BYTES]) {
@@ -228,10 +231,8 @@ int remote_measure(struct remote *self, const struct command_words *words, remot
     static struct parts parts;
     struct measuring measuring = {.show = show, .cookie = cookie};
     self->measure_exit = CLIENT_OK;
-    if (!split(words, &parts)) {
-        return message_set(message, ERROR_SYNTAX, "command too long");
-    }
-    const int error = measure(self, &parts, &measuring, message);
+    int error = split(words, &parts, message);
+    error = error == ERROR_OK ? measure(self, &parts, &measuring, message) : error;
     cJSON_Delete(measuring.answer);
     return error;
 }

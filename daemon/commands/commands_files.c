@@ -84,6 +84,11 @@ int files_check_new(const struct command_call *call, const char *name) {
     static const char good[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.+=,@";
     const int error = files_check_plain(call, name);
+    if (error == ERROR_OK && name[0] == '-') {
+        return command_fail(call, ERROR_ARGUMENT,
+                            "NAME: not a plain name (no - at the beginning: it would be an option "
+                            "of the programs that read it)");
+    }
     if (error != ERROR_OK || name[strspn(name, good)] == '\0') {
         return error;
     }

@@ -111,10 +111,14 @@ static int refuse_wish(const struct zoom_query *self, int error, const struct zo
                             self->distance_mm, reach->max > 0 ? " at all zooms" : "",
                             self->distance_mm);
     }
-    return command_fail(call, error,
-                        "zoom: %s %.4g %s is out of reach at %.0f mm (%.3g to %.3g %s)",
-                        self->wish.kind == ZOOM_WISH_DENSITY ? "density" : "fit", self->wish.value,
-                        unit_of(self->wish.kind), self->distance_mm, reach->min, reach->max,
+    const double values[] = {self->wish.value, reach->min, reach->max};
+    char text[3][32];
+    for (int i = 0; i < 3; i++) {
+        snprintf(text[i], sizeof text[i], values[i] < 100 ? "%.3g" : "%.0f", values[i]);
+    }
+    return command_fail(call, error, "zoom: %s %s %s is out of reach at %.0f mm (%s to %s %s)",
+                        self->wish.kind == ZOOM_WISH_DENSITY ? "density" : "fit", text[0],
+                        unit_of(self->wish.kind), self->distance_mm, text[1], text[2],
                         unit_of(self->wish.kind));
 }
 

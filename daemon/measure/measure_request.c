@@ -29,8 +29,8 @@ const char *measure_request_make(const struct command_value *values,
     request->near_mm = near->given ? near->number : 0;
     request->far_mm = far->given ? far->number : 0;
     request->quick = command_is_set(&values[MEASURE_REQUEST_QUICK]);
-    return near->given != far->given || request->near_mm > request->far_mm
-               ? "near and far need each other, near first (near=1700 far=2000)"
+    return near->given != far->given || (near->given && request->near_mm >= request->far_mm)
+               ? "near and far need each other, and near is less than far (near=1700 far=2000)"
                : NULL;
 }
 
@@ -121,7 +121,7 @@ const struct command_argument measure_request_arguments[MEASURE_REQUEST_ARGUMENT
      .help = "nearest depth of the subject; default: as the wide view shows it"},
     {.name = "far",
      .kind = COMMAND_NUMBER,
-     .min = 1,
+     .min = 100,
      .max = 1e6,
      .unit = "mm",
      .help = "farthest depth"},

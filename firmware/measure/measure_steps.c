@@ -188,9 +188,8 @@ static bool prepare_zoom(struct measure *self, struct measure_step *step) {
     const double distance_mm = field.distance_mm[0];
     if (nearest) {
         measure_lose(self, MEASURE_LOSS_OUT_OF_REACH);
-        measure_explain(step, MEASURE_WHY_ZOOM_NEAREST,
-                        wish.kind == ZOOM_WISH_WIDTH ? field.width_mm : field.density_per_mm2,
-                        distance_mm, 0, 0);
+        measure_explain(step, MEASURE_WHY_ZOOM_NEAREST, field.width_mm, distance_mm,
+                        field.density_per_mm2, 0);
     } else if (wish.kind == ZOOM_WISH_WIDTH) {
         measure_explain(step, MEASURE_WHY_ZOOM_FIT, field.width_mm, distance_mm,
                         field.density_per_mm2, field.depth_per_px_mm);

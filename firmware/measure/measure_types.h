@@ -63,7 +63,7 @@ enum measure_phase {
     X(PAN_RESTS, "from here on pan rests, so that both zooms show the same cameras")               \
     X(ZOOM_FIT, "both see # mm at # mm: # px/mm^2, # mm a px of disparity")                        \
     X(ZOOM_DENSITY, "# px/mm^2 at # mm: both see # mm, # mm a px of disparity")                    \
-    X(ZOOM_NEAREST, "the wish is out of reach: # is the nearest at # mm")                          \
+    X(ZOOM_NEAREST, "the wish is out of reach; nearest to it both see # mm at # mm: # px/mm^2")    \
     X(ZOOM_FACTOR, "#x as requested: both see # mm, # px/mm^2")                                    \
     X(IRIS_NEEDED, "f/#: sharp from # to # mm")                                                    \
     X(IRIS_OPEN, "f/# is open, and sharp from # to # mm")                                          \

@@ -201,6 +201,10 @@ class Reconstruct(Reconstructing):
         # Options replace the instrument's.
         measure("--scale=0.25", *files, "--out", self.directory / "coarse")
         self.assertLess(len((self.directory / "coarse/points.pcd").read_bytes()), len(points) / 2)
+        os.symlink(session, self.directory / "-c")
+        done = run("measure", "--scale=0.25", *files, "--", "-c", cwd=self.directory)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue((self.directory / "-c-surface/points.pcd").exists())
         about, = json.loads(run("info", session, "--json").stdout)
         self.assertEqual(about["measured"]["request"], "fit=900")
         self.assertIn("pair=1", about["measured"]["surface"])

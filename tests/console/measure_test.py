@@ -97,7 +97,9 @@ class Measure(DaemonTest):
         self.ask("calibration forget")
         self.refused("measure m", "MISSING", "no calibration is saved")
         self.refused("measure m fit=300 zoom=2", "ARGUMENT", "give one")
-        self.refused("measure m near=2000 far=1800", "ARGUMENT", "near first")
+        for far in (1800, 2000):
+            self.refused(f"measure m near=2000 far={far}", "ARGUMENT", "near is less than far")
+        self.refused("measure -m", "ARGUMENT", "plain name")
         self.refused("measure ../m", "ARGUMENT")
         self.ask("safe")
         self.calibrate(of_another_rig())

@@ -136,6 +136,7 @@ class Remote(ConsoleTest):
                                 client.sendall(answers.pop(0).encode())
                             else:
                                 real.sendall(line)
+                    real.shutdown(socket.SHUT_RDWR)  # the other thread still reads from it
         threading.Thread(target=serve, daemon=True).start()
         return f"unix:{path}", asked
 
@@ -170,6 +171,9 @@ class Remote(ConsoleTest):
         done = measure("--board", "10x7")  # a fault of the part that is made here
         self.assertEqual((done.returncode, "OK" in done.stdout), (2, False), done.stdout)
         self.assertIn("--square", done.stderr)
+        done = measure("--out")  # nothing is measured
+        self.assertEqual((done.returncode, done.stdout), (1, ""), done.stderr)
+        self.assertIn("--out requires a value", done.stderr)
         done = measure(json_too=["--json"])
         self.assertEqual(done.stderr.count("\n"), int(done.returncode == 4), done.stderr)
         self.assertEqual(json.loads(done.stdout)["result"]["fetched"], "cup")

@@ -185,6 +185,11 @@ bool find_size(const request &asked, const calib::board &board, const std::strin
     return error->empty();
 }
 
+/// The operand as a path: after "--" its name may begin like an option.
+std::string path_of(const char *operand) {
+    return operand[0] == '-' ? std::string("./") + operand : operand;
+}
+
 std::string out_of(std::string session) {
     while (session.size() > 1 && session.back() == '/') {
         session.pop_back();
@@ -235,7 +240,8 @@ int command_measure(int argc, char **argv,
                                             ": measure ended before its surface: use vergence "
                                             "reconstruct for its pairs");
     }
-    std::vector<std::string> line = {"reconstruct", session, "--out", out_of(session)};
+    const std::string path = path_of(session);
+    std::vector<std::string> line = {"reconstruct", path, "--out", out_of(path)};
     if (!add_noted(notes->surface, &line)) {
         return refuse(CLIENT_BAD_INPUT, std::string(session) +
                                             ": taken by another version of measure (\"" +
@@ -244,7 +250,7 @@ int command_measure(int argc, char **argv,
     known_size known;
     adjust_target target{};
     const bool sized = asked.board.corners != nullptr || asked.length > 0;
-    if (sized && !find_size(asked, board, pair_of(session, line), &known, &wrong)) {
+    if (sized && !find_size(asked, board, pair_of(path, line), &known, &wrong)) {
         return refuse(CLIENT_BAD_INPUT, wrong);
     }
     target = known.target();
