@@ -379,12 +379,12 @@ static const struct command commands[] = {
     {.name = "measure",
      .summary = "measure the surface of what is in the middle, from cold to the result",
      .help =
-         "Example: measure cup fit=300. Brings up the instrument if needed, looks at the widest "
-         "zoom how far away and how deep the subject is, aims, zooms, closes the iris for its "
+         "Example: measure cup fit=300. Brings up the instrument if needed, finds at the widest "
+         "zoom how far away and how deep the subject is, aims, zooms, closes the iris for that "
          "depth, focuses, exposes, takes pairs into the session NAME and computes "
-         "surface-NAME-PAIR with the saved calibration of all zooms. Says each decision and its "
-         "reason, what the result is good for, what it lost on its way, and what would make it "
-         "better. Continues with less where a step fails and the result is still honest. With a "
+         "surface-NAME-PAIR with the saved calibration of all zooms. States each decision with its "
+         "reason, how good the result is, what was lost on the way, and what would improve it. "
+         "Where a step fails, it continues with less if the result is still honest. With a "
          "calibration of one state nothing moves. After Ctrl-C the rig is at rest, and the pairs "
          "that were taken can be reconstructed.",
      .arguments = measure_request_arguments,

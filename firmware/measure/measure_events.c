@@ -169,7 +169,9 @@ static enum measure_outcome take_wide_surface(struct measure *self,
     const double stated_mm = (self->request.near_mm + self->request.far_mm) / 2;
     self->distance_mm = self->near_mm > 0 ? stated_mm : self->distance_mm;
     if (self->distance_mm == 0) {
-        self->result.advice = MEASURE_ADVICE_TEXTURE;
+        self->result.advice = event->error == ERROR_OK || event->error == ERROR_NO_SURFACE
+                                  ? MEASURE_ADVICE_TEXTURE
+                                  : MEASURE_ADVICE_NOTHING;
         return self->request.wish == MEASURE_WISH_ZOOM ? MEASURE_DONE : MEASURE_FAILED;
     }
     return MEASURE_DONE;
@@ -325,7 +327,9 @@ static enum measure_outcome take_surface(struct measure *self, const struct meas
             self->alone = true;
             return MEASURE_REPEAT;
         }
-        result->advice = MEASURE_ADVICE_TEXTURE;
+        // Texture does not help against a full disk.
+        result->advice =
+            event->error == ERROR_NO_SURFACE ? advice_for(self) : MEASURE_ADVICE_NOTHING;
         return MEASURE_FAILED;
     }
     if (result->with_pair != 0 && !event->surface.with_used) {

@@ -31,6 +31,19 @@ TEST_CASE("a subject that the wide view does not show is measured by its focus, 
     CHECK(nothing.advice == MEASURE_ADVICE_TEXTURE);
 }
 
+TEST_CASE("texture is asked for only where the scene showed no surface") {
+    for (const int error : {ERROR_FULL, ERROR_MEMORY, ERROR_NO_SURFACE}) {
+        World world(14);
+        world.meddle = [error](const measure_step &step, measure_event &event) {
+            event.error = step.kind == MEASURE_STEP_SURFACE ? error : event.error;
+        };
+        const measure_result result = run(world, wish(MEASURE_WISH_FIT, 360), whole_rig());
+        CHECK(result.error == error);
+        CHECK(result.advice ==
+              (error == ERROR_NO_SURFACE ? MEASURE_ADVICE_TEXTURE : MEASURE_ADVICE_NOTHING));
+    }
+}
+
 TEST_CASE("a wide pair that failed after the aim is made up for by one after the pair") {
     World world(5);
     world.subject_mm[0] = 245;

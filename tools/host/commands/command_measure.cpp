@@ -59,6 +59,14 @@ const command_argument own_options[] = {
                   "The same of the second mark.", 0, 32768, 4, ','),
 };
 
+/// Help of options that "vergence reconstruct" requires, and "vergence measure" does not.
+const char out_help[] =
+    "Directory for the results; created if missing. Results of an earlier run in it, which its "
+    "hidden list .vergence-files names, are replaced; a file of another origin with a result's "
+    "name is refused. Default: SESSION-surface.";
+const char calibration_help[] =
+    "Another calibration of all zooms or of the pair. Default: the one in the session.";
+
 std::vector<command_argument> options_of() {
     std::vector<command_argument> options(std::begin(own_options), std::end(own_options));
     for (std::size_t i = 0; i < reconstruct_argument_count; i++) {
@@ -66,6 +74,11 @@ std::vector<command_argument> options_of() {
         if (std::none_of(std::begin(decided), std::end(decided),
                          [&](const char *one) { return std::strcmp(one, name) == 0; })) {
             options.push_back(reconstruct_arguments[i]);
+            if (std::strcmp(name, "out") == 0) {
+                options.back().help = out_help;
+            } else if (std::strcmp(name, "calibration") == 0) {
+                options.back().help = calibration_help;
+            }
         }
     }
     return options;
