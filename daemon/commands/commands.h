@@ -72,6 +72,13 @@ void commands_zoom_expect(const struct command_call *call,
                           const struct zoom_calibration *calibration, const struct measure *measure,
                           struct measure_event *event);
 
+/// The line of sight of the request's pixel in the last view's picture, if it states one. Fails
+/// with a message if there is none, or if the cameras have moved since.
+struct measure_request;
+struct measure_place;
+int commands_view_ray(const struct command_call *call, const struct zoom_calibration *zoom,
+                      const struct measure_request *request, struct measure_place *place);
+
 /// Progress and cancellation of a TFTP transfer, as those of the call, which must outlive it.
 struct tftp_observer commands_observe_transfer(struct command_call *call);
 

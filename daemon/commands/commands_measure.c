@@ -34,10 +34,11 @@ struct measuring {
     struct measure_event event;
     struct measure_report report;
     const char *name;
-    const char *session;      // of the pairs
-    double size_px;           // of the subject in the left picture; 0: not known
-    char why[MESSAGE_BYTES];  // of the last step that failed
-    uint64_t begin_us;        // rig's clock
+    const char *session;         // of the pairs
+    struct measure_place place;  // that is asked for, by the request's pixel
+    double size_px;              // of the subject in the left picture; 0: not known
+    char why[MESSAGE_BYTES];     // of the last step that failed
+    uint64_t begin_us;           // rig's clock
     bool space_checked;
     bool plan;           // nothing is carried out
     double distance_mm;  // of the subject, for a plan
@@ -139,13 +140,10 @@ static void look(struct measuring *self) {
     if (self->event.error != ERROR_OK) {
         return;
     }
-    const struct pair_frame *frame = self->run->source.pair.pair.frame;
-    struct measure_look request = {.near_mm = self->step.near_mm, .far_mm = self->step.far_mm};
-    measure_look_set_width(&request, &self->machine.request, self->zoom, &frame[RIG_LEFT]);
-    if (!measure_look_find(&self->run->job.context, &frame[RIG_RIGHT].window, &request,
-                           &self->event)) {
+    if (!measure_look_at(&self->run->job.context, self->run->source.pair.pair.frame, &self->machine,
+                         &self->step, &self->place, &self->event)) {
         self->event.error = ERROR_NO_SURFACE;
-        snprintf(self->why, sizeof self->why, "the coarse surface has nothing in the middle");
+        snprintf(self->why, sizeof self->why, "the coarse surface has nothing there");
     }
 }
 
@@ -297,9 +295,9 @@ static int load_calibration(struct measuring *self, const struct measure_request
         return command_fail(call, missing,
                             "measure: no calibration is saved (\"calibration set FILE\" first)");
     }
-    if (request->wish != MEASURE_WISH_SUBJECT) {
+    if (request->wish != MEASURE_WISH_SUBJECT || request->has_place) {
         return command_fail(call, ERROR_MISSING,
-                            "measure: fit, density and zoom need the calibration of all zooms "
+                            "measure: fit, density, zoom and at need the calibration of all zooms "
                             "(\"calibration set instrument.zoom\" first)");
     }
     return ERROR_OK;
@@ -345,6 +343,7 @@ static int run_with(struct measuring *self) {
                     : commands_session_check_name(call, &call->values[MEASURE_REQUEST_NAME]);
     }
     error = error == ERROR_OK ? load_calibration(self, &request) : error;
+    error = error == ERROR_OK ? commands_view_ray(call, self->zoom, &request, &self->place) : error;
     if (error != ERROR_OK) {
         return error;
     }

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // One picture of both cameras side by side, to aim, focus and expose by.
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/commands/space_check.h"
 #include "daemon/images/picture.h"
 #include "daemon/images/picture_marks.h"
+#include "daemon/measure/measure_rig.h"
 #include "daemon/session/capture.h"
+#include "measure/measure_place.h"
 
 /// One call, and its job for the disk writer.
 struct view {
@@ -141,6 +145,60 @@ static int check_space(const struct view *self) {
     return space_check_frames(call, &frames);
 }
 
+/// Keeps where the cameras looked, so that `measure` can be told a place by its pixels.
+static void keep(const struct view *self) {
+    struct daemon_view *kept = &daemon_of(self->call)->view;
+    const struct pair_look_frame *left = &self->look[RIG_LEFT];
+    *kept = (struct daemon_view){.taken = true,
+                                 .axes = daemon_axes_of(self->call->rig),
+                                 .width_px = self->picture.width_px / RIG_SIDES,
+                                 .height_px = self->picture.height_px,
+                                 .step_px = left->skip * shrink_of(self)};
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        kept->column_px[side] = self->look[side].column_px;
+        kept->row_px[side] = self->look[side].row_px;
+    }
+    commands_calibration_now(self->call, &kept->now);
+}
+
+int commands_view_ray(const struct command_call *call, const struct zoom_calibration *zoom,
+                      const struct measure_request *request, struct measure_place *place) {
+    const int *place_px = request->place_px;
+    if (!request->has_place) {
+        return ERROR_OK;
+    }
+    const struct daemon_view *view = &daemon_of(call)->view;
+    const struct daemon_axes axes = daemon_axes_of(call->rig);
+    struct zoom_state state;
+    measure_rig_axes(&view->now, &state);
+    if (!view->taken || call->rig->state != RIG_READY ||
+        memcmp(&axes, &view->axes, sizeof axes) != 0) {
+        return command_fail(call, ERROR_MISSING,
+                            "measure: at needs a view, and %s (\"view\" first)",
+                            view->taken ? "the cameras have moved since" : "none was taken");
+    }
+    for (int i = 0; i < RIG_SIDES; i++) {
+        const struct zoom_camera_state *axes_of_side = &state.side[i];
+        if (!isfinite(axes_of_side->pan_rad + axes_of_side->zoom_counts +
+                      axes_of_side->focus_counts)) {
+            return command_fail(call, ERROR_MISSING,
+                                "measure: at needs motors that were set (\"aim distance=2000\", "
+                                "\"zoom 1x\", then \"view\")");
+        }
+    }
+    const int side = place_px[0] >= view->width_px;
+    const int in_half_px[2] = {place_px[0] - side * view->width_px, place_px[1]};
+    if (in_half_px[0] >= view->width_px || in_half_px[1] >= view->height_px) {
+        return command_fail(call, ERROR_RANGE, "measure: at %d,%d is outside the view (%d x %d px)",
+                            place_px[0], place_px[1], 2 * view->width_px, view->height_px);
+    }
+    const double pixel_px[2] = {view->column_px[side] + (in_half_px[0] + 0.5) * view->step_px - 0.5,
+                                view->row_px[side] + (in_half_px[1] + 0.5) * view->step_px - 0.5};
+    return measure_place_of(zoom, &state, side, pixel_px, place)
+               ? ERROR_OK
+               : command_fail(call, ERROR_RANGE, "measure: the lens has no ray for that pixel");
+}
+
 static int run_view(const struct command_call *call) {
     static struct view view;  // one thread has the rig
     const int unavailable = files_need_directory(call);
@@ -159,6 +217,7 @@ static int run_view(const struct command_call *call) {
         error = view.error;
     }
     if (error == ERROR_OK) {
+        keep(&view);
         put_answer(&view);
     }
     return error != ERROR_MEMORY ? error : command_fail(call, error, "view: out of memory");

@@ -13,6 +13,12 @@ static const double margin = 1.2;
 // A coarse surface: its width, and as near as lenses focus.
 static const double width_px = 512, nearest_mm = 500;
 
+struct look {
+    struct measure_ray ray;
+    /// Width in which the subject is: mm + per_mm * its distance; 0 0: all of the view.
+    double width_mm, width_per_mm;
+};
+
 static int32_t to_um(double mm) {
     return (int32_t)math_round(um_per_mm * math_max(-2e6, math_min(2e6, mm)));
 }
@@ -67,9 +73,9 @@ void measure_look_prepare(const struct measure_step *step, const struct pair_fra
     (void)reconstruct_request_check_search(request);  // they are in order
 }
 
-void measure_look_set_width(struct measure_look *self, const struct measure_request *request,
-                            const struct zoom_calibration *calibration,
-                            const struct pair_frame *left) {
+// Sets the width by what is wanted of the picture.
+static void set_width(struct look *self, const struct measure_request *request,
+                      const struct zoom_calibration *calibration, const struct pair_frame *left) {
     const struct zoom_camera *camera = &calibration->camera[RIG_LEFT];
     const double sensor_px = left->image.width_px * math_max(left->window.skip, 1);
     if (request->wish == MEASURE_WISH_FIT) {
@@ -82,23 +88,32 @@ void measure_look_set_width(struct measure_look *self, const struct measure_requ
     }
 }
 
-bool measure_look_find(const struct reconstruct_context *context, const struct pair_window *window,
-                       const struct measure_look *look, struct measure_event *event) {
+bool measure_look_at(const struct reconstruct_context *context, const struct pair_frame frames[2],
+                     const struct measure *machine, const struct measure_step *step,
+                     const struct measure_place *place, struct measure_event *event) {
     const struct reconstruct_result *result = context->result;
+    const struct zoom_calibration *calibration = machine->instrument.calibration;
+    struct look look = {.width_mm = 0};
+    if (!machine->request.has_place) {
+        look.ray = measure_look_middle(context->calibration);
+    } else if (!measure_place_ray(place, calibration, &machine->axes, &look.ray)) {
+        return false;
+    }
+    set_width(&look, &machine->request, calibration, &frames[RIG_LEFT]);
     struct measure_subject_request request = {
-        .ray = look->ray != NULL ? *look->ray : measure_look_middle(context->calibration),
-        .half_um = look->width_per_mm > 0 ? 0 : to_um(look->width_mm / 2),
-        .near_um = to_um(look->near_mm),
-        .far_um = to_um(look->far_mm),
+        .ray = look.ray,
+        .half_um = look.width_per_mm > 0 ? 0 : to_um(look.width_mm / 2),
+        .near_um = to_um(step->near_mm),
+        .far_um = to_um(step->far_mm),
     };
     struct measure_subject subject;
     if (result->points == NULL ||
         !measure_subject_find(result->points, result->vertex_count, &request, &subject)) {
         return false;
     }
-    if (look->width_per_mm > 0) {
+    if (look.width_per_mm > 0) {
         request.half_um =
-            to_um((look->width_mm + look->width_per_mm * subject.middle_um[2] / um_per_mm) / 2);
+            to_um((look.width_mm + look.width_per_mm * subject.middle_um[2] / um_per_mm) / 2);
         if (!measure_subject_find(result->points, result->vertex_count, &request, &subject)) {
             return false;
         }
@@ -110,5 +125,5 @@ bool measure_look_find(const struct reconstruct_context *context, const struct p
     event->subject.near_mm = subject.near_um / um_per_mm;
     event->subject.far_mm = subject.far_um / um_per_mm;
     event->subject.width_mm = subject.width_um / um_per_mm;
-    return project_right(context, window, left_mm, event->subject.right_px);
+    return project_right(context, &frames[RIG_RIGHT].window, left_mm, event->subject.right_px);
 }

@@ -24,6 +24,10 @@ const char *measure_request_make(const struct command_value *values,
             request->value = values[i].number;
         }
     }
+    request->has_place = values[MEASURE_REQUEST_AT].given;
+    for (int i = 0; i < 2 && request->has_place; i++) {
+        request->place_px[i] = (int)values[MEASURE_REQUEST_AT].numbers[i];
+    }
     const struct command_value *near = &values[MEASURE_REQUEST_NEAR];
     const struct command_value *far = &values[MEASURE_REQUEST_FAR];
     request->near_mm = near->given ? near->number : 0;
@@ -54,6 +58,9 @@ void measure_request_print(const struct measure_request *request, const char *be
     append(text, "%s%s", before, words[request->wish]);
     if (request->wish != MEASURE_WISH_SUBJECT) {
         append(text, "=%.6g", request->value);
+    }
+    if (request->has_place) {
+        append(text, " at=%d,%d", request->place_px[0], request->place_px[1]);
     }
     if (request->far_mm > 0) {
         append(text, " near=%.3f far=%.3f", request->near_mm, request->far_mm);
@@ -113,6 +120,16 @@ const struct command_argument measure_request_arguments[MEASURE_REQUEST_ARGUMENT
      .max = 1000,
      .units = "x",
      .help = "magnification, in place of fit"},
+    {.name = "at",
+     .kind = COMMAND_INTEGER,
+     .min = 0,
+     .max = UINT16_MAX,
+     .unit = "px",
+     .count = 2,
+     .separator = ',',
+     .value_name = "X,Y",
+     .help = "pixel of the last view's picture, in either half, that shows the subject; default: "
+             "the middle"},
     {.name = "near",
      .kind = COMMAND_NUMBER,
      .min = 1,

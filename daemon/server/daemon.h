@@ -22,6 +22,7 @@
 #include "daemon/server/log_ring.h"
 #include "daemon/server/output.h"
 #include "daemon/server/reply.h"
+#include "daemon/session/calibration_match.h"
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/last_pair.h"
 #include "daemon/session/record.h"
@@ -119,6 +120,22 @@ struct daemon_health {
     _Atomic(const char *) word;  ///< verdict from adjust_health_text
 };
 
+/// Where pan, zoom and focus were commanded to.
+struct daemon_axes {
+    int32_t at[RIG_SIDES][3];
+};
+struct daemon_axes daemon_axes_of(const struct rig *rig);
+
+/// The last `view`, by whose pixels `measure` is told where to look. The rig worker's thread only.
+struct daemon_view {
+    bool taken;
+    struct daemon_axes axes;             ///< at which it was taken
+    struct calibration_match_state now;  ///< where the axes were then
+    int width_px, height_px;             ///< of one half of the picture
+    int step_px;                         ///< pixels of the sensor for one of the picture
+    uint16_t column_px[RIG_SIDES], row_px[RIG_SIDES];  ///< of the first pixel on the sensor
+};
+
 /// Use static storage: it is large, and must not move.
 struct daemon {
     struct config config;
@@ -135,6 +152,7 @@ struct daemon {
     struct disk_writer disk_writer;  ///< used by the rig worker's thread only
     struct session session;
     struct last_pair last_pair;  ///< the pair that `reconstruct` uses
+    struct daemon_view view;
     struct daemon_health health;
     /// Stages of the last reconstruction, and the memory that each took; a name of NULL: none.
     struct {

@@ -136,13 +136,8 @@ static void advise(const struct worker *self, int error, char *message, size_t b
     }
 }
 
-/// Where pan, zoom and focus were commanded to.
-struct axes {
-    int32_t at[RIG_SIDES][3];
-};
-
-static struct axes axes_of(const struct rig *rig) {
-    struct axes axes;
+struct daemon_axes daemon_axes_of(const struct rig *rig) {
+    struct daemon_axes axes;
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct rig_camera *camera = &rig->camera[side];
         axes.at[side][0] = camera->pan_q4;
@@ -158,9 +153,9 @@ static int run_command(struct worker *self, const struct job *job,
     if (!self->has_rig) {
         return record_run(&daemon->record, job->command, call, job->line);
     }
-    const struct axes before = axes_of(&daemon->rig);
+    const struct daemon_axes before = daemon_axes_of(&daemon->rig);
     const int error = record_run(&daemon->record, job->command, call, job->line);
-    const struct axes after = axes_of(&daemon->rig);
+    const struct daemon_axes after = daemon_axes_of(&daemon->rig);
     if (memcmp(&before, &after, sizeof before) != 0) {
         atomic_fetch_add(&daemon->health.moves, 1);
     }

@@ -134,7 +134,8 @@ enum measure_wish {
 struct measure_request {
     enum measure_wish wish;
     double value;            ///< of the wish
-    bool has_place;          ///< elsewhere than in the middle; only the driver uses where
+    bool has_place;          ///< elsewhere than in the middle; only the driver uses where:
+    int place_px[2];         ///< in the picture that shows both cameras
     double near_mm, far_mm;  ///< depths of the subject; 0: not known
     bool quick;              ///< one look, one zoom
 };

@@ -398,6 +398,8 @@ int pair_look(struct rig *rig, int max_side_px, struct pair_look_frame looks[RIG
         struct rig_region region;
         struct pair_look_frame *look = &looks[side];
         const struct rig_rectangle where = thinned(rig, side, max_side_px, &look->skip);
+        look->column_px = where.column_px;
+        look->row_px = where.row_px;
         error = rig_region_begin(rig, &region, side, &where, look->skip);
         error = error == ERROR_OK ? rig_region_take(rig, &region, rig_now_us(rig), &look->frame)
                                   : error;

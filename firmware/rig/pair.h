@@ -25,7 +25,8 @@ int pair_capture(struct rig *rig, const struct pair_options *options, struct pai
 /// A frame for display.
 struct pair_look_frame {
     struct rig_region_frame frame;
-    uint8_t skip;  ///< skip of the sensor; 1 for a camera with its own port
+    uint16_t column_px, row_px;  ///< of its first pixel on the sensor
+    uint8_t skip;                ///< skip of the sensor; 1 for a camera with its own port
 };
 
 enum { PAIR_LOOK_MIN_PX = 256, PAIR_LOOK_WHOLE_PX = UINT16_MAX };

@@ -3,6 +3,7 @@
 import glob
 import math
 import os
+import re
 import signal
 import subprocess
 import unittest
@@ -86,11 +87,27 @@ class Measure(DaemonTest):
         self.assertIn("#%20measure%20fit=500%20quick=yes", index)
         self.assertIn(f"#%20measure%20surface%20pair={found['pair']}", index)
         self.refused("measure quick fit=500", "ARGUMENT", "quick")
+        self.place(found)
         pan = self.works("pan")
         planned = self.works("measure planned fit=300 plan=yes near=1700 far=1900")
         self.assertGreater(len(planned["steps"]), 10)
         self.assertAlmostEqual(planned["width_mm"], 300, delta=10)
         self.assertEqual((self.works("pan"), self.names("planned")), (pan, []))  # nothing was done
+
+    def place(self, found):
+        """A place is a pixel of the last view, which nothing may have moved since."""
+        self.refused("measure placed fit=500 at=10,10", "MISSING", "view", "none was taken")
+        view = self.works("view")
+        width, height = view["width"] // 2, view["height"]
+        self.refused(f"measure placed fit=500 at={2 * width},0", "RANGE", f"{2 * width} x {height} px")
+        # Right of the middle of both halves: half of the way to the edge of a view 500 mm wide.
+        placed = self.works(f"measure placed fit=250 quick=yes at={width + 3 * width // 4},{height // 2}")
+        self.assertIn("at=", placed["wish"])
+        aims = [step["text"] for step in placed["steps"] if step["text"].startswith("aim")]
+        self.assertEqual(len(aims), 1, placed["steps"])
+        right_mm = float(re.search(r"(-?[\d.]+) mm to the right", aims[0]).group(1))
+        self.assertAlmostEqual(right_mm, found["width_mm"] / 4, delta=70)
+        self.refused("measure again fit=500 at=10,10", "MISSING", "moved since")
 
     def test_what_it_is_refused_for(self):
         before = self.names()

@@ -9,7 +9,9 @@
 #include <random>
 
 #include "core/error.h"
+#include "measure/measure_place.h"
 #include "measure/zoom_forecast.h"
+#include "stereo/geometry/geometry.h"
 #include "stereo/zoom/zoom_aim.h"
 #include "synthetic/seed.hpp"
 #include "synthetic/zoom_rig.hpp"
@@ -307,4 +309,46 @@ TEST_CASE("a forecast has the iris of the depths and the errors of the rig") {
     CHECK(at(850, 100, 2000, &limits) == ERROR_RANGE);
     zoom_point_ahead(calibration.get(), -500, 0, point_mm);
     CHECK(at(850, 0, 0, &limits) == ERROR_RANGE);
+}
+
+TEST_CASE("a pixel's line of sight leads to what it shows, wherever the cameras look now") {
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    Random random(seed);
+    const auto calibration = zoom_rig::calibration();
+    for (int i = 0; i < 200; i++) {
+        double point_mm[3];
+        const zoom_state then = aimed(*calibration, random, point_mm);
+        zoom_state now = then;
+        for (auto &side : now.side) {
+            side.pan_rad += uniform(random, -0.1, 0.1);
+            side.zoom_counts = uniform(random, 305, 845);
+        }
+        zoom_field field;
+        REQUIRE(zoom_field_at(calibration.get(), nullptr, &then, point_mm, &field) == ERROR_OK);
+        for (int side = 0; side < 2; side++) {
+            CAPTURE(side);
+            measure_place place;
+            measure_ray ray;
+            REQUIRE(measure_place_of(calibration.get(), &then, side, field.pixel_px[side], &place));
+            REQUIRE(measure_place_ray(&place, calibration.get(), &now, &ray));
+            zoom_pair pair;
+            zoom_pair_at(calibration->camera, &now, &pair);
+            double arm_mm[3], left_mm[3];
+            for (int axis = 0; axis < 3; axis++) {
+                arm_mm[axis] = point_mm[axis] - pair.side[0].position_mm[axis];
+            }
+            geometry_rotate_back(pair.side[0].R_instrument_camera, arm_mm, left_mm);
+            for (int axis = 0; axis < 2; axis++) {
+                const double along_mm = left_mm[2] - ray.origin_um[2] * 1e-3;
+                const double at_mm =
+                    ray.origin_um[axis] * 1e-3 + along_mm * ray.slope_q20[axis] / (1 << 20);
+                CHECK(std::abs(at_mm - left_mm[axis]) < 0.05);
+            }
+            for (double &part : place.direction) {
+                part = -part;
+            }
+            CHECK_FALSE(measure_place_ray(&place, calibration.get(), &now, &ray));  // behind
+        }
+    }
 }
