@@ -85,9 +85,9 @@ static void put_steps(const struct measure_report *self, const struct command_ca
     for (int i = 0; i < self->steps; i++) {
         const struct measure_report_step *step = &self->step[i];
         reply_group_begin(call, NULL, false);
+        reply_text(call, "step", step->text);
         reply_number(call, "at", step->at_s, 1, "s");
         reply_number(call, "seconds", step->taken_s, 1, "s");
-        reply_text(call, "text", step->text);
         if (step->failed[0] != '\0') {
             reply_text(call, "failed", step->failed);
         }

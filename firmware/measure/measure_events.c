@@ -303,7 +303,7 @@ static bool wants_other_scale(struct measure *self, const struct measure_event *
     if (event->surface.scale > 0 && event->surface.scale < self->scale) {
         self->scale = event->surface.scale;  // more did not fit
     }
-    if (self->share > 0 && share < self->share + MEASURE_SCALE_GAIN) {
+    if (self->share > 0 && share < self->share + MEASURE_SCALE_GAIN * self->faint) {
         self->scale *= 2;
         self->scale_settled = true;
         return true;

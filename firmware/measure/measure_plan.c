@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a step that is not carried out would show.
+#include <math.h>
 #include <string.h>
 
 #include "core/error.h"
@@ -11,10 +12,12 @@ struct measure_event measure_expect(const struct measure *self, const struct mea
     struct zoom_field field;
     double point_mm[3];
     memset(&event, 0, sizeof event);
-    event.axes = self->axes;
     const bool moves = step->kind == MEASURE_STEP_ZOOM || step->kind == MEASURE_STEP_FOCUS ||
                        step->kind == MEASURE_STEP_AIM;
     event.axes = moves ? step->axes : self->axes;
+    for (int side = 0; side < 2 && !moves && !self->pan_known; side++) {
+        event.axes.side[side].pan_rad = (double)NAN;  // bring-up leaves the servos anywhere
+    }
     event.f_number = step->kind == MEASURE_STEP_IRIS ? step->f_number : self->f_number;
     event.light.exposure_us = self->instrument.exposure_max_us / 4;
     event.light.gain = 1;

@@ -72,11 +72,11 @@ enum { MEASURE_BOARD_COLUMNS = 10, MEASURE_BOARD_ROWS = 7 };
 enum { MEASURE_MOVED_TRIES = 1 };
 
 /// Part of the middle whose texture is fainter than the noise, from which a surface is computed
-/// from pictures of half the size as well, as a mean of pixels has less noise; the share of the
-/// pixels that this must gain to be worth the detail lost; and the smallest size. A porcelain
-/// cylinder at 4x: 81 % of it measured at full size, 99.8 % at half.
+/// from pictures of half the size as well, as a mean of pixels has less noise; how much of that
+/// part this must gain to be worth the detail lost (a blank wall gains little); and the smallest
+/// size. A porcelain cylinder at 4x: 81 % of it measured at full size, 99.8 % at half.
 #define MEASURE_FAINT_MAX 0.04
-#define MEASURE_SCALE_GAIN 0.02
+#define MEASURE_SCALE_GAIN 0.5
 #define MEASURE_SCALE_MIN 0.25
 
 /// An error that all points share and that is so many times theirs is worth a board; below this

@@ -66,7 +66,7 @@ class Measure(DaemonTest):
         self.ready()
         found = self.works("measure quick fit=500 quick=yes")
         self.assertEqual((found["name"], found["session"], found["wish"]), ("quick", "quick", "fit=500 quick=yes"))
-        texts = [step["text"] for step in found["steps"]]
+        texts = [step["step"] for step in found["steps"]]
         phases = [text.split(":")[0] for text in texts]
         order = ("look ahead", "zoom out", "wide pair", "coarse surface", "zoom", "iris", "light", "pair", "surface")
         self.assertEqual([phase for phase in phases if phase in order], list(order), texts)
