@@ -161,7 +161,6 @@ static void surface(struct measuring *self) {
         prepared->request.scale /= 2;
         self->event.error = run_surface(self, prepared);
     }
-    self->event.surface.scale = prepared->request.scale;
     if (self->event.error != ERROR_OK) {
         free(prepared);
         return;

@@ -36,18 +36,16 @@ void measure_report_pair(struct measure_report *self, enum measure_phase phase,
 }
 
 static void look_at_middle(const struct image_u8 *reasons, struct measure_event *event) {
-    uint32_t seen = 0, measured = 0, faint = 0;
+    uint32_t seen = 0, measured = 0;
     for (int y = reasons->height / 4; y < reasons->height - reasons->height / 4; y++) {
         const uint8_t *row = reasons->data + y * reasons->stride;
         for (int x = reasons->width / 4; x < reasons->width - reasons->width / 4; x++) {
             measured += row[x] == REASON_VALID;
-            faint += row[x] == REASON_NO_TEXTURE;
             seen +=
                 row[x] != REASON_BORDER && row[x] != REASON_OUT_OF_RANGE && row[x] != REASON_BEYOND;
         }
     }
     event->surface.share = seen > 0 ? (double)measured / seen : 0;
-    event->surface.faint = seen > 0 ? (double)faint / seen : 0;
 }
 
 void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,

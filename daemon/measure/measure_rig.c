@@ -47,6 +47,7 @@ void measure_rig_instrument(const struct rig *rig, const struct calibration_matc
     instrument->iris = has_axis(rig, LENS_IRIS);
     instrument->exposure = true;
     instrument->brackets = rig->profile.bridge;
+    instrument->mosaic = rig->profile.bridge;
     instrument->calibration = zoom;
     measure_rig_axes(now, &instrument->axes);
     if (instrument->iris) {

@@ -103,7 +103,6 @@ static struct measure_step step_from(struct measure *self, unsigned phase) {
 struct measure_step measure_begin(struct measure *self, const struct measure_request *request,
                                   const struct measure_instrument *instrument) {
     memset(self, 0, sizeof *self);
-    self->scale = 1;
     self->request = *request;
     self->instrument = *instrument;
     self->result.common_mm = -1;

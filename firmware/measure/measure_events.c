@@ -293,35 +293,8 @@ static void advise(struct measure *self, const struct measure_event *event) {
     }
 }
 
-// Whether the surface is worth computing from pictures of another size: smaller ones have less
-// noise, and less detail.
-static bool wants_other_scale(struct measure *self, const struct measure_event *event) {
-    const double share = event->error == ERROR_OK ? event->surface.share : 0;
-    if (self->scale_settled || (event->error != ERROR_OK && self->share <= 0)) {
-        return false;
-    }
-    if (event->surface.scale > 0 && event->surface.scale < self->scale) {
-        self->scale = event->surface.scale;  // more did not fit
-    }
-    if (self->share > 0 && share < self->share + MEASURE_SCALE_GAIN * self->faint) {
-        self->scale *= 2;
-        self->scale_settled = true;
-        return true;
-    }
-    if (!(event->surface.faint > MEASURE_FAINT_MAX) || self->scale / 2 < MEASURE_SCALE_MIN) {
-        return false;
-    }
-    self->share = share;
-    self->faint = event->surface.faint;
-    self->scale /= 2;
-    return true;
-}
-
 static enum measure_outcome take_surface(struct measure *self, const struct measure_event *event) {
     struct measure_result *result = &self->result;
-    if (wants_other_scale(self, event)) {
-        return MEASURE_REPEAT;
-    }
     if (event->error != ERROR_OK) {
         if (result->with_pair != 0 && !self->alone) {
             self->alone = true;

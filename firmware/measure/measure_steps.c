@@ -246,20 +246,6 @@ static bool prepare_other_focus(struct measure *self, struct measure_step *step)
     return zoom_focus_at(measure_model(self), point_mm, &step->axes) == ERROR_OK;
 }
 
-static void explain_surface(const struct measure *self, struct measure_step *step) {
-    if (self->scale_settled) {
-        measure_explain(step, MEASURE_WHY_COMPUTE_LARGER, self->scale, 0, 0, 0);
-    } else if (self->faint > 0) {
-        measure_explain(step, MEASURE_WHY_COMPUTE_SMALLER, 100 * self->faint, self->scale, 0, 0);
-    } else if (self->alone) {
-        measure_explain(step, MEASURE_WHY_COMPUTE_ALONE, 0, 0, 0, 0);
-    } else if (step->near_mm > 0) {
-        measure_explain(step, MEASURE_WHY_COMPUTE, step->near_mm, step->far_mm, 0, 0);
-    } else {
-        measure_explain(step, MEASURE_WHY_COMPUTE_ALL, 0, 0, 0, 0);
-    }
-}
-
 static bool prepare_surface(struct measure *self, struct measure_step *step) {
     step->kind = MEASURE_STEP_SURFACE;
     step->pair = self->result.pair;
@@ -276,8 +262,12 @@ static bool prepare_surface(struct measure *self, struct measure_step *step) {
                                  self->near_mm - MEASURE_SEARCH_MARGIN * self->distance_mm);
         step->far_mm = self->far_mm + MEASURE_SEARCH_MARGIN * self->distance_mm;
     }
-    step->scale = self->scale;
-    explain_surface(self, step);
+    step->scale = self->instrument.mosaic ? MEASURE_MOSAIC_SCALE : 1;
+    measure_explain(step,
+                    self->alone         ? MEASURE_WHY_COMPUTE_ALONE
+                    : step->near_mm > 0 ? MEASURE_WHY_COMPUTE
+                                        : MEASURE_WHY_COMPUTE_ALL,
+                    step->near_mm, step->far_mm, 0, 0);
     return true;
 }
 

@@ -71,13 +71,11 @@ enum { MEASURE_BOARD_COLUMNS = 10, MEASURE_BOARD_ROWS = 7 };
 /// A pair that something moved in is taken so many times more.
 enum { MEASURE_MOVED_TRIES = 1 };
 
-/// Part of the middle whose texture is fainter than the noise, from which a surface is computed
-/// from pictures of half the size as well, as a mean of pixels has less noise; how much of that
-/// part this must gain to be worth the detail lost (a blank wall gains little); and the smallest
-/// size. A porcelain cylinder at 4x: 81 % of it measured at full size, 99.8 % at half.
-#define MEASURE_FAINT_MAX 0.04
-#define MEASURE_SCALE_GAIN 0.5
-#define MEASURE_SCALE_MIN 0.25
+/// Size of the pictures that a surface is computed from, of frames with one colour a pixel, which
+/// have no more detail in two of three. On the cylinder at 2x to 4x it measures 98 to 99 % instead
+/// of 80 to 87 %, each point better (0.23 instead of 0.32 mm), and with errors as predicted; at a
+/// quarter the share of wrong points doubles: tests/study/experiments/RESULTS.md.
+#define MEASURE_MOSAIC_SCALE 0.5
 
 /// An error that all points share and that is so many times theirs is worth a board; below this
 /// share of the pixels texture is what is missing.

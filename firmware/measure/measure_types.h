@@ -47,44 +47,42 @@ enum measure_phase {
 };
 
 /// Why a step is taken. X(name, text); each # is one of the reason's numbers.
-#define MEASURE_WHY_LIST(X)                                                                        \
-    X(NOT_READY, "the instrument is not up")                                                       \
-    X(AHEAD, "the servos were not set since the bring-up: both to # mm ahead")                     \
-    X(FIND, "the widest view, to find the subject")                                                \
-    X(WIDE_SHARP, "f/#: most depths are sharp at the widest zoom")                                 \
-    X(SEE, "so that its texture shows")                                                            \
-    X(FOCUS_WIDE, "# mm by the calibration: sharp enough from half of that on")                    \
-    X(FOCUS_COLD, "the distance is not known yet")                                                 \
-    X(FOCUS_LOST, "the wide view showed no surface")                                               \
-    X(FOCUS_KNOWN, "# mm by the coarse surface")                                                   \
-    X(DISTANCE, "distance and depth of the subject")                                               \
-    X(AIM, "the subject is at # mm, # mm to the right: it leaves the view when zoomed")            \
-    X(AIM_AGAIN, "the servos came to rest with only # % of the view around the subject")           \
-    X(PAN_RESTS, "from here on pan rests, so that both zooms show the same cameras")               \
-    X(ZOOM_FIT, "both see # mm at # mm: # px/mm^2, # mm a px of disparity")                        \
-    X(ZOOM_DENSITY, "# px/mm^2 at # mm: both see # mm, # mm a px of disparity")                    \
-    X(ZOOM_NEAREST, "the wish is out of reach; nearest to it both see # mm at # mm: # px/mm^2")    \
-    X(ZOOM_FACTOR, "#x as requested: both see # mm, # px/mm^2")                                    \
-    X(IRIS_NEEDED, "f/#: sharp from # to # mm")                                                    \
-    X(IRIS_OPEN, "f/# is open, and sharp from # to # mm")                                          \
-    X(IRIS_DIFFRACTION, "f/#: closed further, diffraction would blur more; sharp from # to # mm")  \
-    X(IRIS_CLOSED, "f/# is closed: sharp from # to # mm only")                                     \
-    X(IRIS_LIGHT, "f/#: closed further, it would be too dark; sharp from # to # mm")               \
-    X(FOCUS_NEAR, "expected at # mm")                                                              \
-    X(FOCUS_MIDDLE, "the middle of # to # mm, as sharp at both ends")                              \
-    X(FOCUS_CALIBRATED, "no focus found: where the calibration has # mm")                          \
-    X(LIGHT_KEEPS_IRIS, "exposure and gain only: the iris is for the depth")                       \
-    X(LIGHT_OPENS_IRIS, "too dark at f/#: light before depth")                                     \
-    X(TAKE, "the pair to measure")                                                                 \
-    X(AGAIN, "something moved during the last one")                                                \
-    X(BRACKET, "# % of it is dark: # exposures")                                                   \
-    X(AVERAGE, "# % of it is dark, or the gain is #: mean of # frames")                            \
-    X(OTHER_ZOOM, "#x: a second zoom shows where the cameras point")                               \
-    X(COMPUTE, "from # to # mm")                                                                   \
-    X(COMPUTE_ALL, "all depths")                                                                   \
-    X(COMPUTE_ALONE, "without the pair at the other zoom")                                         \
-    X(COMPUTE_SMALLER, "texture too faint on # % of the middle: from pictures of # of their size") \
-    X(COMPUTE_LARGER, "smaller pictures showed no more: from pictures of # of their size")
+#define MEASURE_WHY_LIST(X)                                                                       \
+    X(NOT_READY, "the instrument is not up")                                                      \
+    X(AHEAD, "the servos were not set since the bring-up: both to # mm ahead")                    \
+    X(FIND, "the widest view, to find the subject")                                               \
+    X(WIDE_SHARP, "f/#: most depths are sharp at the widest zoom")                                \
+    X(SEE, "so that its texture shows")                                                           \
+    X(FOCUS_WIDE, "# mm by the calibration: sharp enough from half of that on")                   \
+    X(FOCUS_COLD, "the distance is not known yet")                                                \
+    X(FOCUS_LOST, "the wide view showed no surface")                                              \
+    X(FOCUS_KNOWN, "# mm by the coarse surface")                                                  \
+    X(DISTANCE, "distance and depth of the subject")                                              \
+    X(AIM, "the subject is at # mm, # mm to the right: it leaves the view when zoomed")           \
+    X(AIM_AGAIN, "the servos came to rest with only # % of the view around the subject")          \
+    X(PAN_RESTS, "from here on pan rests, so that both zooms show the same cameras")              \
+    X(ZOOM_FIT, "both see # mm at # mm: # px/mm^2, # mm a px of disparity")                       \
+    X(ZOOM_DENSITY, "# px/mm^2 at # mm: both see # mm, # mm a px of disparity")                   \
+    X(ZOOM_NEAREST, "the wish is out of reach; nearest to it both see # mm at # mm: # px/mm^2")   \
+    X(ZOOM_FACTOR, "#x as requested: both see # mm, # px/mm^2")                                   \
+    X(IRIS_NEEDED, "f/#: sharp from # to # mm")                                                   \
+    X(IRIS_OPEN, "f/# is open, and sharp from # to # mm")                                         \
+    X(IRIS_DIFFRACTION, "f/#: closed further, diffraction would blur more; sharp from # to # mm") \
+    X(IRIS_CLOSED, "f/# is closed: sharp from # to # mm only")                                    \
+    X(IRIS_LIGHT, "f/#: closed further, it would be too dark; sharp from # to # mm")              \
+    X(FOCUS_NEAR, "expected at # mm")                                                             \
+    X(FOCUS_MIDDLE, "the middle of # to # mm, as sharp at both ends")                             \
+    X(FOCUS_CALIBRATED, "no focus found: where the calibration has # mm")                         \
+    X(LIGHT_KEEPS_IRIS, "exposure and gain only: the iris is for the depth")                      \
+    X(LIGHT_OPENS_IRIS, "too dark at f/#: light before depth")                                    \
+    X(TAKE, "the pair to measure")                                                                \
+    X(AGAIN, "something moved during the last one")                                               \
+    X(BRACKET, "# % of it is dark: # exposures")                                                  \
+    X(AVERAGE, "# % of it is dark, or the gain is #: mean of # frames")                           \
+    X(OTHER_ZOOM, "#x: a second zoom shows where the cameras point")                              \
+    X(COMPUTE, "from # to # mm")                                                                  \
+    X(COMPUTE_ALL, "all depths")                                                                  \
+    X(COMPUTE_ALONE, "without the pair at the other zoom")
 
 enum measure_why {
 #define MEASURE_WHY_ENUM(name, text) MEASURE_WHY_##name,
@@ -146,6 +144,7 @@ struct measure_instrument {
     struct zoom_state axes;                      ///< as in struct measure_event, if it is ready
     bool servos, zoom, focus, iris, exposure;    ///< parts that move
     bool brackets;                               ///< merges different exposures
+    bool mosaic;                                 ///< its frames have one colour a pixel
     struct zoom_frames frames;                   ///< as the pairs have them
     const struct zoom_calibration *calibration;  ///< of all zooms; NULL: none
     double f_number_open, f_number_closed;       ///< 0: not known
@@ -217,8 +216,6 @@ struct measure_event {
         /// `common_mm` as expected with a pair at another zoom, or with a board in view
         /// (zoom_expect_at); <= 0: not known.
         double other_mm, board_mm;
-        double faint;  ///< of the pixels in the middle, those without enough texture, 0 .. 1
-        double scale;  ///< of the pictures that it was computed from; 0: the step's
     } surface;
 };
 
@@ -282,10 +279,6 @@ struct measure {
     bool focus_missed, iris_opens;
     bool other_missed;  ///< the pair at another zoom failed
     bool alone;         ///< the surface is computed without it
-    double scale;       ///< of the pictures that the surface is computed from
-    double share;       ///< of the surface from larger pictures; 0: none yet
-    double faint;       ///< of the last surface
-    bool scale_settled;
 };
 
 #ifdef __cplusplus

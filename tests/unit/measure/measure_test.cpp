@@ -122,37 +122,7 @@ TEST_CASE("at 1x the second zoom is a longer one, after the pair") {
     const double ratio = world.camera(0).fx / zoom_rig::camera_at(0, 300, 300, 0, true).fx;
     CHECK(ratio == doctest::Approx(3).epsilon(0.1));
     CHECK(world.last(MEASURE_SURFACE).pair == result.pair);
-}
-
-TEST_CASE("faint texture is measured in smaller pictures, where they show more") {
-    const auto scales = [](double largest, double share_half, double faint_half) {
-        World world(4);
-        world.meddle = [=](const measure_step &step, measure_event &event) {
-            const bool full = step.scale > 0.5;
-            event.surface.share = full ? 0.8 : share_half;
-            event.surface.faint = full ? 0.15 : faint_half;
-            event.surface.scale = std::min(largest, step.scale);
-            if (step.kind == MEASURE_STEP_SURFACE && !full && share_half == 0) {
-                event.error = ERROR_NO_SURFACE;
-            }
-        };
-        const measure_result result = run(world, wish(MEASURE_WISH_FIT, 360), whole_rig());
-        CHECK(result.error == ERROR_OK);
-        CHECK(result.share == (world.steps.back().scale > 0.5 ? 0.8 : share_half));
-        std::vector<double> taken;
-        for (const measure_step &step : world.steps) {
-            if (step.kind == MEASURE_STEP_SURFACE) {
-                taken.push_back(step.scale);
-            }
-        }
-        return taken;
-    };
-    using Scales = std::vector<double>;
-    CHECK(scales(1, 0.99, 0.01) == Scales{1, 0.5});
-    CHECK(scales(1, 0.9, 0.1) == Scales{1, 0.5, 0.25, 0.5});  // a quarter shows no more than half
-    CHECK(scales(1, 0.86, 0.1) == Scales{1, 0.5, 1});  // gains less than half of what is faint
-    CHECK(scales(1, 0, 0) == Scales{1, 0.5, 1});
-    CHECK(scales(0.5, 0.99, 0.01) == Scales{1, 0.25});  // a full one did not fit
+    CHECK(world.last(MEASURE_SURFACE).scale == 0.5);
 }
 
 TEST_CASE("two cameras do what they have") {
@@ -166,6 +136,7 @@ TEST_CASE("two cameras do what they have") {
     CHECK(world.steps[0].keep_iris);
     CHECK(world.steps[1].phase == MEASURE_PAIR);
     CHECK(world.steps[2].phase == MEASURE_SURFACE);
+    CHECK(world.steps[2].scale == 1);  // no mosaic
     CHECK_FALSE(lost(result, MEASURE_LOSS_ONE_ZOOM));
     World none(3);
     CHECK(run(none, wish(MEASURE_WISH_FIT, 300), two).error == ERROR_MISSING);

@@ -79,9 +79,7 @@ class World {
                          step.with_pair != 0 ? 1.5 : 20,
                          0.9,
                          other_mm,
-                         0.8,
-                         0,
-                         0};
+                         0.8};
         look(step, event);
         for (int side = 0; side < 2; side++) {
             event.axes.side[side].zoom_counts = zoom[side] + normal(random, drift_counts);
@@ -172,7 +170,7 @@ inline const zoom_calibration *model() {
 
 inline measure_instrument whole_rig() {
     measure_instrument rig{};
-    rig.servos = rig.zoom = rig.focus = rig.iris = rig.exposure = rig.brackets = true;
+    rig.servos = rig.zoom = rig.focus = rig.iris = rig.exposure = rig.brackets = rig.mosaic = true;
     rig.calibration = model();
     rig.f_number_open = 1.6;
     rig.f_number_closed = 16;
