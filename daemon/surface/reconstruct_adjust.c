@@ -70,7 +70,7 @@ static int make_picture(const struct pair *pair, const struct zoom_state *state,
     *picture = (struct adjust_picture){
         .axes = *state,
         .depth_near_mm = depth_mm[0] > 0 ? depth_mm[0] : nearest_mm,
-        .depth_far_mm = depth_mm[1] > 0 ? depth_mm[1] : INFINITY,
+        .depth_far_mm = INFINITY,
     };
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct pair_frame *frame = &pair->frame[side];
