@@ -73,6 +73,7 @@ static bool take_subject(struct measure *self, const struct measure_event *event
     self->width_mm = event->subject.width_mm;
     if (self->request.near_mm == 0 || self->request.far_mm == 0) {
         self->near_mm = event->subject.near_mm;
+        self->middle_mm = event->subject.left_mm[2];
         self->far_mm = event->subject.far_mm;
     }
     correct_pan(self, event->subject.right_px);

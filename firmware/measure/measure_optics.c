@@ -9,9 +9,23 @@
 #include "measure/measure_steps.h"
 #include "measure/measure_tuning.h"
 
+// The nearest depth to be sharp: what comes much nearer than the subject's middle is the table in
+// front of it, which must not draw the focus away. Depths that the request states are taken as they
+// are.
+static double sharp_from_mm(const struct measure *self) {
+    if (!(self->near_mm < self->middle_mm && self->middle_mm < self->far_mm)) {
+        return self->near_mm;
+    }
+    const double middle = 1 / self->middle_mm;
+    const double behind = math_max(middle - 1 / self->far_mm, MEASURE_BEHIND_MIN * middle);
+    const double nearest = middle + MEASURE_NEAR_FACTOR * behind;
+    return math_max(self->near_mm, 1 / nearest);
+}
+
 // The lens with the longer focal length, focused on the middle of the subject; false: too near.
 static bool lens_of(const struct measure *self, struct lens_state *state) {
     const struct zoom_calibration *model = measure_model(self);
+    const double near_mm = sharp_from_mm(self);
     double focal_mm = 0;
     for (int side = 0; side < 2; side++) {
         const struct zoom_camera *camera = &model->camera[side];
@@ -22,9 +36,9 @@ static bool lens_of(const struct measure *self, struct lens_state *state) {
     *state = (struct lens_state){
         .focal_length_mm = focal_mm,
         .f_number = self->f_number > 0 ? self->f_number : MEASURE_WIDE_F_NUMBER,
-        .focus_distance_mm = self->near_mm > 0 ? lens_range_middle(self->near_mm, self->far_mm) : 0,
+        .focus_distance_mm = near_mm > 0 ? lens_range_middle(near_mm, self->far_mm) : 0,
     };
-    return focal_mm > 0 && self->near_mm > 2 * focal_mm;
+    return focal_mm > 0 && near_mm > 2 * focal_mm;
 }
 
 static double sharp_mm(const struct measure *self) {
@@ -59,7 +73,7 @@ bool measure_prepare_iris(struct measure *self, struct measure_step *step) {
         [DEPTH_IRIS_DARK] = MEASURE_WHY_IRIS_LIGHT,
     };
     const struct depth_iris iris =
-        depth_iris_for(&lens, self->near_mm, self->far_mm, sharp_mm(self), &limits);
+        depth_iris_for(&lens, sharp_from_mm(self), self->far_mm, sharp_mm(self), &limits);
     if (iris.blur_mm > MEASURE_BLURRED_PX / MEASURE_SHARP_PX * sharp_mm(self)) {
         measure_lose(self, MEASURE_LOSS_NOT_SHARP);
     }
@@ -112,12 +126,11 @@ bool measure_prepare_middle(struct measure *self, struct measure_step *step) {
     step->kind = MEASURE_STEP_FOCUS;
     step->axes = to;
     if (is_absolute) {
-        measure_explain(
-            step, self->focus_missed ? MEASURE_WHY_FOCUS_CALIBRATED : MEASURE_WHY_FOCUS_KNOWN,
-            has_depth ? lens_range_middle(self->near_mm, self->far_mm) : self->distance_mm, 0, 0,
-            0);
+        measure_explain(step,
+                        self->focus_missed ? MEASURE_WHY_FOCUS_CALIBRATED : MEASURE_WHY_FOCUS_KNOWN,
+                        has_depth ? lens.focus_distance_mm : self->distance_mm, 0, 0, 0);
     } else {
-        measure_explain(step, MEASURE_WHY_FOCUS_MIDDLE, self->near_mm, self->far_mm, 0, 0);
+        measure_explain(step, MEASURE_WHY_FOCUS_MIDDLE, sharp_from_mm(self), self->far_mm, 0, 0);
     }
     return true;
 }

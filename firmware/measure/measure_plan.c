@@ -6,17 +6,20 @@
 #include "core/error.h"
 #include "measure/measure.h"
 
+static bool moves_axes(enum measure_step_kind kind) {
+    return kind == MEASURE_STEP_ZOOM || kind == MEASURE_STEP_FOCUS || kind == MEASURE_STEP_AIM;
+}
+
 struct measure_event measure_expect(const struct measure *self, const struct measure_step *step,
                                     double distance_mm) {
     struct measure_event event;
     struct zoom_field field;
     double point_mm[3];
     memset(&event, 0, sizeof event);
-    const bool moves = step->kind == MEASURE_STEP_ZOOM || step->kind == MEASURE_STEP_FOCUS ||
-                       step->kind == MEASURE_STEP_AIM;
+    const bool moves = moves_axes(step->kind);
     event.axes = moves ? step->axes : self->axes;
-    for (int side = 0; side < 2 && !moves && !self->pan_known; side++) {
-        event.axes.side[side].pan_rad = (double)NAN;  // bring-up leaves the servos anywhere
+    if (!moves && !self->pan_known) {  // bring-up leaves the servos anywhere
+        event.axes.side[0].pan_rad = event.axes.side[1].pan_rad = (double)NAN;
     }
     event.f_number = step->kind == MEASURE_STEP_IRIS ? step->f_number : self->f_number;
     event.light.exposure_us = self->instrument.exposure_max_us / 4;

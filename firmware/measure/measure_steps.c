@@ -246,8 +246,29 @@ static bool prepare_other_focus(struct measure *self, struct measure_step *step)
     return zoom_focus_at(measure_model(self), point_mm, &step->axes) == ERROR_OK;
 }
 
+// The far end of the search: what lies behind the subject is measured as well as far as the matcher
+// can search, because pixels without a match among the disparities only cost, and a small subject
+// alone is no surface.
+static double search_far_mm(const struct measure *self, double near_mm, double scale) {
+    struct zoom_field field;
+    double point_mm[3];
+    const double far_mm = self->far_mm + MEASURE_SEARCH_MARGIN * self->distance_mm;
+    measure_point(self, point_mm);
+    if (zoom_field_at(measure_model(self), &self->instrument.frames, &self->axes, point_mm,
+                      &field) != ERROR_OK ||
+        !(field.depth_per_px_mm > 0)) {
+        return far_mm;
+    }
+    // 1 / depth changes by this much with each disparity.
+    const double per_px =
+        field.depth_per_px_mm / (field.distance_mm[0] * field.distance_mm[0] * scale);
+    const double farthest = 1 / near_mm - MEASURE_SEARCH_PX * per_px;
+    return math_max(far_mm, 1 / math_max(farthest, 1 / MEASURE_SEARCH_FAR_MM));
+}
+
 static bool prepare_surface(struct measure *self, struct measure_step *step) {
     step->kind = MEASURE_STEP_SURFACE;
+    step->scale = self->instrument.mosaic ? MEASURE_MOSAIC_SCALE : 1;
     step->pair = self->result.pair;
     self->result.with_pair = !self->alone && measure_has_other(self) ? self->other_pair : 0;
     step->with_pair = self->result.with_pair;
@@ -260,9 +281,8 @@ static bool prepare_surface(struct measure *self, struct measure_step *step) {
     } else if (self->near_mm > 0) {
         step->near_mm = math_max(0.5 * self->near_mm,
                                  self->near_mm - MEASURE_SEARCH_MARGIN * self->distance_mm);
-        step->far_mm = self->far_mm + MEASURE_SEARCH_MARGIN * self->distance_mm;
+        step->far_mm = search_far_mm(self, step->near_mm, step->scale);
     }
-    step->scale = self->instrument.mosaic ? MEASURE_MOSAIC_SCALE : 1;
     measure_explain(step,
                     self->alone         ? MEASURE_WHY_COMPUTE_ALONE
                     : step->near_mm > 0 ? MEASURE_WHY_COMPUTE

@@ -24,6 +24,12 @@ enum { MEASURE_AIMS_MAX = 3 };
 /// A focus that is off the middle by less than this blur stays, px.
 #define MEASURE_MIDDLE_PX 0.5
 
+/// Depths to be sharp end so many times as far before the subject's middle, in dioptres, as they do
+/// behind it. Larger: a table in front draws the focus away.
+#define MEASURE_NEAR_FACTOR 2.5
+/// Least of what counts as behind it, part of its own dioptres.
+#define MEASURE_BEHIND_MIN 0.02
+
 /// Error of a disparity on texture, px, as the figures of the simulated rig have it: 0.07 (1x) to
 /// 0.09 (3x).
 #define MEASURE_DISPARITY_PX 0.1
@@ -31,6 +37,11 @@ enum { MEASURE_AIMS_MAX = 3 };
 /// Depth that is searched beyond the subject's, part of its distance. Larger: longer matching, and
 /// more that can be mistaken; smaller: what the coarse surface missed is lost.
 #define MEASURE_SEARCH_MARGIN 0.1
+
+/// Behind the subject the search goes on as far as so many disparities reach, and no farther than
+/// this. More: longer matching, and more memory.
+#define MEASURE_SEARCH_PX 512
+#define MEASURE_SEARCH_FAR_MM 20000.0
 
 /// Mean over its target below which a picture is too dark to be measured well.
 #define MEASURE_DARK_REACHED 0.5

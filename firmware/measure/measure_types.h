@@ -266,6 +266,7 @@ struct measure {
     double point_mm[3];
     double distance_mm;                                   ///< 0: not known
     double near_mm, far_mm, width_mm;                     ///< of the subject; 0: not known
+    double middle_mm;                                     ///< its middle's depth, as the two above
     double f_number;                                      ///< 0: not known
     double light_exposure_us, light_gain, light_reached;  ///< 0: not measured
     double light_f_number;                                ///< at which it was
