@@ -145,7 +145,7 @@ static int check_space(const struct view *self) {
     return space_check_frames(call, &frames);
 }
 
-/// Keeps where the cameras looked, so that `measure` can be told a place by its pixels.
+/// Keeps where the cameras looked, so that `measure` takes a place by its pixels.
 static void keep(const struct view *self) {
     struct daemon_view *kept = &daemon_of(self->call)->view;
     const struct pair_look_frame *left = &self->look[RIG_LEFT];

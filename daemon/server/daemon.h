@@ -126,7 +126,7 @@ struct daemon_axes {
 };
 struct daemon_axes daemon_axes_of(const struct rig *rig);
 
-/// The last `view`, by whose pixels `measure` is told where to look. The rig worker's thread only.
+/// The last `view`, by whose pixels `measure` takes a place. The rig worker's thread only.
 struct daemon_view {
     bool taken;
     struct daemon_axes axes;             ///< at which it was taken

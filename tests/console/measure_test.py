@@ -103,7 +103,7 @@ class Measure(DaemonTest):
         # Right of the middle of both halves: half of the way to the edge of a view 500 mm wide.
         placed = self.works(f"measure placed fit=250 quick=yes at={width + 3 * width // 4},{height // 2}")
         self.assertIn("at=", placed["wish"])
-        aims = [step["text"] for step in placed["steps"] if step["text"].startswith("aim")]
+        aims = [step["step"] for step in placed["steps"] if step["step"].startswith("aim")]
         self.assertEqual(len(aims), 1, placed["steps"])
         right_mm = float(re.search(r"(-?[\d.]+) mm to the right", aims[0]).group(1))
         self.assertAlmostEqual(right_mm, found["width_mm"] / 4, delta=70)
