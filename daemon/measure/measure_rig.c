@@ -305,11 +305,7 @@ void measure_rig_lines_of(const struct rig *rig, const struct measure_step *step
             add_iris(rig, step->f_number, lines);
             break;
         case MEASURE_STEP_AUTOFOCUS:
-            if (step->near_axes) {
-                add_zoom_or_focus(rig, step, lines);
-            }
-            add_search(step->near_axes ? "autofocus here=yes" : "autofocus", step, FOCUS_REGION_PX,
-                       lines);
+            add_search("autofocus", step, FOCUS_REGION_PX, lines);
             break;
         case MEASURE_STEP_LIGHT:
             add_light(step, size_px, lines);

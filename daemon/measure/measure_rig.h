@@ -44,7 +44,7 @@ struct command_reply measure_rig_light_reply(struct measure_rig_light *self);
 void measure_rig_read_search(const struct rig *rig, const struct measure_step *step,
                              const struct measure_rig_light *light, struct measure_event *event);
 
-enum { MEASURE_RIG_LINES_MAX = 4, MEASURE_RIG_LINE_BYTES = 160 };
+enum { MEASURE_RIG_LINES_MAX = 2, MEASURE_RIG_LINE_BYTES = 160 };
 struct measure_rig_lines {
     int count;
     char line[MEASURE_RIG_LINES_MAX][MEASURE_RIG_LINE_BYTES];

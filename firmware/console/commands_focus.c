@@ -17,8 +17,7 @@ enum {
     AUTOFOCUS_MEASURE,
     AUTOFOCUS_PREFER,
     AUTOFOCUS_WHOLE,
-    AUTOFOCUS_CURVE,
-    AUTOFOCUS_HERE
+    AUTOFOCUS_CURVE
 };
 enum { FOCUS_POSITION, FOCUS_SIDE };  // arguments of the command `focus`
 enum { ADVICE_BYTES = 256 };
@@ -210,7 +209,6 @@ int commands_focus_auto(const struct command_call *call) {
     struct rig_autofocus_options options = {
         .whole_range = command_is_set(&values[AUTOFOCUS_WHOLE]),
         .curve_only = command_is_set(&values[AUTOFOCUS_CURVE]),
-        .here = command_is_set(&values[AUTOFOCUS_HERE]),
     };
     if (values[AUTOFOCUS_MEASURE].given) {
         options.measure = measures[values[AUTOFOCUS_MEASURE].choice];

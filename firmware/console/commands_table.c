@@ -198,11 +198,12 @@ static const struct command_argument autofocus_arguments[] = {
      .kind = COMMAND_CHOICE,
      .choices = "stronger near far",
      .help = "which of two distances to focus on; default: stronger"},
-    {.name = "whole", .kind = COMMAND_FLAG, .help = "search the whole range, whatever was learned"},
+    {.name = "whole",
+     .kind = COMMAND_FLAG,
+     .help = "search the whole range, whatever was learned before"},
     {.name = "curve",
      .kind = COMMAND_FLAG,
      .help = "only sweep the whole range, then return to where the focus was"},
-    {.name = "here", .kind = COMMAND_FLAG, .help = "search around the present focus first"},
 };
 
 static const struct command_argument autoexpose_arguments[] = {

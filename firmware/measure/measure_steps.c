@@ -120,15 +120,8 @@ static bool prepare_wide_focus(struct measure *self, struct measure_step *step) 
     return true;
 }
 
-// A search of the whole range takes long, and the calibration has the focus for a distance that the
-// coarse surface shows.
 static bool prepare_focus(struct measure *self, struct measure_step *step) {
-    double point_mm[3];
     step->kind = MEASURE_STEP_AUTOFOCUS;
-    step->axes = self->axes;
-    measure_point(self, point_mm);
-    step->near_axes = self->subject_known &&
-                      zoom_focus_at(measure_model(self), point_mm, &step->axes) == ERROR_OK;
     place(self, step);
     measure_explain(step, self->distance_mm > 0 ? MEASURE_WHY_FOCUS_NEAR : MEASURE_WHY_FOCUS_COLD,
                     self->distance_mm, 0, 0, 0);
@@ -247,8 +240,7 @@ static bool prepare_other_focus(struct measure *self, struct measure_step *step)
 }
 
 // The far end of the search: what lies behind the subject is measured as well as far as the matcher
-// can search, because pixels without a match among the disparities only cost, and a small subject
-// alone is no surface.
+// can search: a small subject alone has too few pixels to count as a surface.
 static double search_far_mm(const struct measure *self, double near_mm, double scale) {
     struct zoom_field field;
     double point_mm[3];

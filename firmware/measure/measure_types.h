@@ -27,7 +27,7 @@ extern "C" {
     X(AIMED_PAIR, 3, "wide pair after the aim")  \
     X(AIMED_SURFACE, 1, "coarse surface")        \
     X(ZOOM, 4, "zoom")                           \
-    X(FOCUS, 13, "focus")                        \
+    X(FOCUS, 15, "focus")                        \
     X(IRIS, 2, "iris")                           \
     X(MIDDLE, 2, "focus on the middle")          \
     X(LIGHT, 6, "light")                         \
@@ -173,7 +173,6 @@ struct measure_step {
     struct zoom_state axes;
     double f_number;
     bool keep_iris;
-    bool near_axes;         ///< AUTOFOCUS: from `axes`' focus on, near which the peak is
     bool has_place;         ///< else the middle, or what the request asks for
     double place_px[2][2];  ///< where each camera has the subject, px of the whole sensor
     unsigned bracket, average;

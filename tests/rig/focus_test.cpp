@@ -129,23 +129,6 @@ TEST_CASE("both lenses end in focus, and everything else is as before") {
         CHECK(is_at_rest(bench, side));
         check_same(before[side], Settings(bench, side));
     }
-    // Around where the ring is, in a few frames; and where no peak is there, the whole range.
-    rig_autofocus_options here = options;
-    here.here = true;
-    for (const double off : {6.0, -150.0}) {
-        CAPTURE(off);
-        const double sharp = truth_of(bench, RIG_LEFT).sharp;
-        const auto start = static_cast<int32_t>(std::lround(std::max(320.0, sharp + off)));
-        REQUIRE(rig_lens_move_to(&bench.rig, 1, LENS_FOCUS, start) == ERROR_OK);
-        REQUIRE(rig_autofocus(&bench.rig, 1, &here) == ERROR_OK);
-        const rig_focus &focus = bench.rig.camera[RIG_LEFT].focus;
-        const Truth found = truth_of(bench, RIG_LEFT);
-        MESSAGE("from " << start << ": " << focus.duration_ms << " ms, ring " << found.ring
-                        << ", sharp at " << found.sharp);
-        CHECK(focus.search.near_only == (off > 0));
-        CHECK(focus.search.result.verdict == FOCUS_FOCUSED);
-        CHECK(std::abs(found.ring - found.sharp) <= 2.5);
-    }
     // It was learned: at once near it.
     REQUIRE(rig_lens_move_to(&bench.rig, 1, LENS_FOCUS, 400) == ERROR_OK);
     REQUIRE(rig_autofocus(&bench.rig, 1, &options) == ERROR_OK);

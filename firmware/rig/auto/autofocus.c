@@ -37,9 +37,6 @@ enum {
 static const double narrow_peak_px = 2, unknown_peak_counts = 2;
 // However wide the peak, it is to be seen in many frames.
 static const double longest_counts = 6;
-// A peak around the present position is within this part of the range. Larger: a longer sweep;
-// smaller: more often the whole range, as what a coarse surface shows is off by 5 % at times.
-static const double here_part = 0.04;
 // Motors are faster than the slowest that does not count as jammed.
 static const double faster = 2;
 
@@ -368,13 +365,6 @@ static struct focus_search_options options_of(const struct focuser *self) {
     return options;
 }
 
-// Around where the ring is: the caller knows better than what was learned.
-static void expect_here(double position, struct focus_search_options *options) {
-    options->expected = position;
-    options->expected_half_range =
-        math_max(options->run_up, here_part * (options->max - options->min));
-}
-
 // Exposure, gain and speed decide how much of a peak a moving ring can show.
 static int prepare(struct focuser *self, struct focus_search_options *options) {
     const double peak_counts = options->blur_per_count_px > 0
@@ -438,12 +428,8 @@ static int begin_search(struct focuser *self, struct focus_search_options *optio
     }
     // What the optics know depends on the positions.
     *options = options_of(self);
+    self->followed = may_expect(self->options) && follow(self, options);
     event->position = positions[LENS_FOCUS];
-    if (may_expect(self->options) && self->options->here && !self->repeated) {
-        expect_here(event->position, options);
-    } else {
-        self->followed = may_expect(self->options) && follow(self, options);
-    }
     return prepare(self, options);
 }
 
@@ -527,7 +513,7 @@ static bool may_begin(const struct focuser *self) {
     const struct focuser *other = self->other;
     int32_t expected = 0, half_range = 0;
     return other == NULL || self->side == RIG_LEFT || other->state == FOCUSER_ENDED ||
-           !may_expect(self->options) || self->options->here || has_seen_peak(other) ||
+           !may_expect(self->options) || has_seen_peak(other) ||
            (other->focus->was_expected && other->focus->search.near_only &&
             rig_optics_focus_prediction(self->rig, self->side, &expected, &half_range) == ERROR_OK);
 }

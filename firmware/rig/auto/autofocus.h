@@ -39,7 +39,6 @@ struct rig_autofocus_options {
     enum focus_choice choice;
     bool whole_range;  ///< sweep everything, whatever is known
     bool curve_only;   ///< sweep everything, then return to the present position
-    bool here;         ///< the peak is expected around the present position of each lens
 };
 
 /// Focuses the cameras `sides` (bits RIG_LEFT, RIG_RIGHT). What was found is in `focus` of the
