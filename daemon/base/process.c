@@ -69,14 +69,23 @@ static void remember(int number) {
     set_handler(number, end_at_once);
 }
 
-void interrupt_catch(void) {
+static void set_handlers(void (*handler)(int)) {
     static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
     for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
         struct sigaction old;
         if (sigaction(signals[i], NULL, &old) == 0 && old.sa_handler != SIG_IGN) {
-            set_handler(signals[i], remember);
+            set_handler(signals[i], handler);
         }
     }
+}
+
+void interrupt_catch(void) {
+    set_handlers(remember);
+}
+
+void interrupt_release(void) {
+    set_handlers(SIG_DFL);
+    caught_signal = 0;
 }
 
 void interrupt_ask(bool (*should_stop)(void *self), void *self) {

@@ -35,6 +35,9 @@ bool thread_start(pthread_t *thread, void *(*run)(void *self), void *self);
 /// ignored (nohup) stays ignored.
 void interrupt_catch(void);
 
+/// Ends that, and forgets a signal that was caught: for a program that goes on afterwards.
+void interrupt_release(void);
+
 /// From here on interrupt_requested() in this thread also calls `should_stop`, which returns true
 /// if the thread's work is to stop. NULL: no callback.
 void interrupt_ask(bool (*should_stop)(void *self), void *self);

@@ -7,16 +7,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "console/command.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/base/process.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/remote.h"
 
-enum { NAME_BYTES = 256, LOCAL_WORDS_MAX = 2 * COMMAND_WORDS_MAX + 4, EXIT_BY_SIGNAL = 128 };
+enum { NAME_BYTES = 256, LOCAL_WORDS_MAX = 2 * COMMAND_WORDS_MAX + 4 };
 
 /// Options that the instrument does not have: they are for the surface made here.
 static const char *const local_options[] = {"out",    "board",  "square", "charuco",
@@ -135,12 +134,12 @@ static bool is_plain(const char *name) {
     return name[0] != '\0' && name[0] != '.' && name[0] != '-' && strchr(name, '/') == NULL;
 }
 
-/// Runs `vergence measure SESSION` in a process of its own, which Ctrl-C ends as usual. Returns its
-/// exit code.
+/// Runs `vergence measure SESSION`, which Ctrl-C ends as usual. Returns its exit code.
 static int run_here(struct remote *self, char *session, char **local, int local_count) {
     static char name[] = "measure", quiet[] = "--quiet";
     char *words[LOCAL_WORDS_MAX] = {name, session};
-    int count = 2, status = 0;
+    sigset_t taken, before;
+    int count = 2;
     for (int i = 0; i < local_count; i++) {
         words[count++] = local[i];
     }
@@ -148,22 +147,13 @@ static int run_here(struct remote *self, char *session, char **local, int local_
         words[count++] = quiet;
     }
     INVARIANT(count < LOCAL_WORDS_MAX);
-    fflush(NULL);
-    const pid_t child = fork();
-    if (child == 0) {
-        sigset_t taken;
-        sigemptyset(&taken);
-        sigaddset(&taken, SIGINT);
-        sigprocmask(SIG_UNBLOCK, &taken, NULL);
-        const int code = self->measure(count, words);
-        exit(fflush(stdout) == 0 ? code : CLIENT_FAILED);
-    }
-    while (child > 0 && waitpid(child, &status, 0) < 0) {
-    }
-    if (child < 0) {
-        return CLIENT_FAILED;
-    }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : EXIT_BY_SIGNAL + WTERMSIG(status);
+    sigemptyset(&taken);
+    sigaddset(&taken, SIGINT);
+    sigprocmask(SIG_UNBLOCK, &taken, &before);
+    const int code = self->measure(count, words);
+    interrupt_release();  // the prompt goes on
+    sigprocmask(SIG_SETMASK, &before, NULL);
+    return code;
 }
 
 /// Fetches a session or a result, and shows that. Over a serial line the frames would take an hour.
