@@ -98,7 +98,7 @@ class Clients(DaemonTest):
     def test_help_is_complete(self):
         groups = self.first.ask_json("help")["result"]
         self.assertEqual(list(groups), ["daily", "look", "move", "light", "measure", "files", "service"])
-        self.assertEqual(len(groups["daily"]), 10)
+        self.assertEqual(len(groups["daily"]), 11)
         commands = [name for group in groups.values() for name in group]
         self.assertEqual(len(commands), len(set(commands)))
         wanted = ("help status health selftest pan zoom focus iris exposure gain window capture "
