@@ -151,7 +151,7 @@ static int run_here(struct remote *self, char *session, char **local, int local_
     sigaddset(&taken, SIGINT);
     sigprocmask(SIG_UNBLOCK, &taken, &before);
     const int code = self->measure(count, words);
-    interrupt_release();  // the prompt goes on
+    interrupt_release();  // the prompt continues
     sigprocmask(SIG_SETMASK, &before, NULL);
     return code;
 }
