@@ -34,9 +34,9 @@ def accuracy_text(folder):
     if os.path.exists(rig):
         found, common = load(rig), load(rig)["common"] or {}
         texture, fit = found["visible_textured"], found["visible_textured"].get("fit") or {}
-        return (f"of its texture {texture['measured_percent']:.1f} % measured, shape off by "
-                f"{fit.get('median_error_px', 0):.2f} px (median), {fit.get('wrong_3px_percent', 0):.2f} % by over "
-                f"3 px; all depths together {common.get('error_mm', 0):+.1f} mm, +- "
+        return (f"{texture['measured_percent']:.1f} % of its texture; shape off by "
+                f"{fit.get('median_error_px', 0):.2f} px (median), {fit.get('wrong_3px_percent', 0):.2f} % by 3; "
+                f"all depths {common.get('error_mm', 0):+.1f} mm, +- "
                 f"{common.get('sigma_mm', 0):.1f} predicted")
     return ""
 

@@ -102,7 +102,7 @@ class Demo(unittest.TestCase):
             self.assertIn(words, text)
 
     def test_second_run_does_no_needless_work(self):
-        second = run("demo", "--quick", "--out", self.folder.name)
+        second = run("demo", "--quick", "--out", os.path.join(self.folder.name, "second"))
         self.assertEqual(second.returncode, 0, second.stderr)
         self.assertNotRegex(second.stdout + second.stderr, "installing [0-9]|downloading")
         build = run("build", "--where", "demo").stdout.rstrip("\n")
