@@ -82,13 +82,8 @@ const command_argument options[] = {
                   "For --touch-up and --verify of one pair, SESSION:N, in place of a board: the "
                   "distance between two marks anywhere in the scene.",
                   1, 1e6, 0, 0, "mm"),
-    number_option("from", COMMAND_NUMBER, offsetof(request, from), "X,Y,X,Y",
-                  "Column and row of the first mark in the left picture, then in the right one; "
-                  "picked within half a pixel. \"vergence info RESULT --at X,Y\" prints them for a "
-                  "pixel of the report.",
-                  0, 32768, 4, ','),
-    number_option("to", COMMAND_NUMBER, offsetof(request, to), "X,Y,X,Y",
-                  "The same of the second mark.", 0, 32768, 4, ','),
+    mark_from_option(offsetof(request, from)),
+    mark_to_option(offsetof(request, to)),
     number_option("infinity", COMMAND_NUMBER, offsetof(request, infinity), "X,Y,X,Y",
                   "For --touch-up of one pair: a thing so far away that its distance does not "
                   "matter, such as a star or a mast on the horizon, in both pictures. Alone, or "

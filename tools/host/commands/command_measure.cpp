@@ -50,13 +50,8 @@ const command_argument own_options[] = {
                   "In place of a board: the distance between two marks anywhere in the scene, "
                   "which --from and --to name.",
                   1, 1e6, 0, 0, "mm"),
-    number_option("from", COMMAND_NUMBER, offsetof(request, from), "X,Y,X,Y",
-                  "Column and row of the first mark in the left picture, then in the right one; "
-                  "picked within half a pixel. \"vergence info RESULT --at X,Y\" prints them for a "
-                  "pixel of the report.",
-                  0, 32768, 4, ','),
-    number_option("to", COMMAND_NUMBER, offsetof(request, to), "X,Y,X,Y",
-                  "The same of the second mark.", 0, 32768, 4, ','),
+    mark_from_option(offsetof(request, from)),
+    mark_to_option(offsetof(request, to)),
 };
 
 /// Help of options that "vergence reconstruct" requires, and "vergence measure" does not.

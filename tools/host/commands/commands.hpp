@@ -37,6 +37,20 @@ constexpr command_argument number_option(const char *name, command_kind kind, st
             count, separator, nullptr, nullptr,    false, nullptr, units};
 }
 
+/// The ends of a known length in both pictures, as `calibrate` and `measure` take them.
+constexpr command_argument mark_from_option(std::size_t offset) {
+    return number_option(
+        "from", COMMAND_NUMBER, offset, "X,Y,X,Y",
+        "Column and row of the first mark in the left picture, then in the right one; "
+        "picked within half a pixel. \"vergence info RESULT --at X,Y\" prints them for a "
+        "pixel of the report.",
+        0, 32768, 4, ',');
+}
+constexpr command_argument mark_to_option(std::size_t offset) {
+    return number_option("to", COMMAND_NUMBER, offset, "X,Y,X,Y", "The same of the second mark.", 0,
+                         32768, 4, ',');
+}
+
 /// `vergence board`: a calibration board as a PDF.
 int command_board(int argc, char **argv);
 
