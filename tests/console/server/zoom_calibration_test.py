@@ -26,7 +26,8 @@ def lines_of(folder):
 
 
 class ZoomCalibration(DaemonTest):
-    def test_pairs_and_aim(self):
+    def asking(self):
+        """A client, and functions that give it a command: which works, or is refused."""
         client = self.client()
 
         def works(command):
@@ -39,6 +40,11 @@ class ZoomCalibration(DaemonTest):
             self.assertEqual(answer["error"], error, (command, answer))
             for word in words:
                 self.assertIn(word, answer["message"])
+
+        return client, works, refused
+
+    def test_pairs_and_aim(self):
+        client, works, refused = self.asking()
 
         def calibrations(session):
             texts = {}
@@ -150,18 +156,7 @@ class ZoomCalibration(DaemonTest):
         refused("calibration set cut.zoom", "SYNTAX", "cut.zoom")
 
     def test_zoom_by_density_and_width(self):
-        client = self.client()
-
-        def works(command):
-            answer = client.ask_json(command)
-            self.assertTrue(answer["ok"], (command, answer))
-            return answer["result"]
-
-        def refused(command, error, *words):
-            answer = client.ask_json(command)
-            self.assertEqual(answer["error"], error, (command, answer))
-            for word in words:
-                self.assertIn(word, answer["message"])
+        client, works, refused = self.asking()
 
         with open(os.path.join(self.files, "instrument.zoom"), "wb") as file:
             file.write(TEXT)
