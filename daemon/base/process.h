@@ -35,7 +35,7 @@ bool thread_start(pthread_t *thread, void *(*run)(void *self), void *self);
 /// ignored (nohup) stays ignored.
 void interrupt_catch(void);
 
-/// Ends that, and forgets a signal that was caught: for a program that goes on afterwards.
+/// Ends that, and forgets a signal that was caught: for a program that continues.
 void interrupt_release(void);
 
 /// From here on interrupt_requested() in this thread also calls `should_stop`, which returns true

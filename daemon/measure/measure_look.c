@@ -23,7 +23,8 @@ static int32_t to_um(double mm) {
     return (int32_t)math_round(um_per_mm * math_max(-2e6, math_min(2e6, mm)));
 }
 
-struct measure_ray measure_look_middle(const struct calibration *calibration) {
+// The line through the middle of both cameras, along the mean of their views.
+static struct measure_ray ray_of_middle(const struct calibration *calibration) {
     static const double ahead[3] = {0, 0, 1};
     double R_right_left[9], right_ahead[3], pupil_mm[3];
     geometry_rotation_from_vector(calibration->rotation_right_left_rad, R_right_left);
@@ -95,7 +96,7 @@ bool measure_look_at(const struct reconstruct_context *context, const struct pai
     const struct zoom_calibration *calibration = machine->instrument.calibration;
     struct look look = {.width_mm = 0};
     if (!machine->request.has_place) {
-        look.ray = measure_look_middle(context->calibration);
+        look.ray = ray_of_middle(context->calibration);
     } else if (!measure_place_ray(place, calibration, &machine->axes, &look.ray)) {
         return false;
     }

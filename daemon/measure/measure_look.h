@@ -23,9 +23,6 @@ bool measure_look_at(const struct reconstruct_context *context, const struct pai
                      const struct measure *machine, const struct measure_step *step,
                      const struct measure_place *place, struct measure_event *event);
 
-/// Where the line through the middle of both cameras, along the mean of their views, is.
-struct measure_ray measure_look_middle(const struct calibration *calibration);
-
 #ifdef __cplusplus
 }
 #endif

@@ -64,12 +64,11 @@ static size_t need_bytes(const struct pair *const *pairs, int count,
     return bytes + most;
 }
 
-static int make_picture(const struct pair *pair, const struct zoom_state *state,
-                        const double depth_mm[2], struct arena *arena,
-                        struct adjust_picture *picture) {
+static int make_picture(const struct pair *pair, const struct zoom_state *state, double near_mm,
+                        struct arena *arena, struct adjust_picture *picture) {
     *picture = (struct adjust_picture){
         .axes = *state,
-        .depth_near_mm = depth_mm[0] > 0 ? depth_mm[0] : nearest_mm,
+        .depth_near_mm = near_mm > 0 ? near_mm : nearest_mm,
         .depth_far_mm = INFINITY,
     };
     for (int side = 0; side < RIG_SIDES; side++) {
@@ -212,7 +211,7 @@ static int adjust(const struct zoom_calibration *zoom, const struct pair *const 
                   struct calibration_fault *fault) {
     struct adjust_picture picture[2];
     for (int i = 0; i < count; i++) {
-        const int error = make_picture(pairs[i], &states[i], scene->depth_mm, arena, &picture[i]);
+        const int error = make_picture(pairs[i], &states[i], scene->near_mm, arena, &picture[i]);
         if (error != ERROR_OK) {
             return error;
         }

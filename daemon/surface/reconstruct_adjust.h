@@ -15,7 +15,7 @@ extern "C" {
 
 /// What is known of the scene of the first pair.
 struct reconstruct_adjust_scene {
-    double depth_mm[2];  // nearest and farthest depth; 0 0: not known
+    double near_mm;  // nearest depth; 0: not known. Corners count at all depths beyond it
     /// A thing of known size, as its left (view 0) and right camera (1) see it; NULL: none.
     const struct adjust_target *target;
 };

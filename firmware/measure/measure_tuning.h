@@ -38,7 +38,7 @@ enum { MEASURE_AIMS_MAX = 3 };
 /// more that can be mistaken; smaller: what the coarse surface missed is lost.
 #define MEASURE_SEARCH_MARGIN 0.1
 
-/// Behind the subject the search goes on as far as so many disparities reach, and no farther than
+/// Behind the subject the search continues as far as so many disparities reach, and no farther than
 /// this. More: longer matching, and more memory.
 #define MEASURE_SEARCH_PX 512
 #define MEASURE_SEARCH_FAR_MM 20000.0

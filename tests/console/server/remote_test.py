@@ -163,7 +163,7 @@ class Remote(ConsoleTest):
             return subprocess.run([program, "--connect", where, *json_too, "measure", "cup", *words],
                                   capture_output=True, text=True, timeout=TIMEOUT_S, cwd=place)
         done = measure("fit=900", "--quick", "--out", "made")
-        # A session of 128 x 96 px: hardly a surface, but a report of it.
+        # A session of 128 x 96 px: too small for a good surface, but it has a report.
         self.assertIn(done.returncode, (0, 4), done.stderr)
         self.assertIn("written: cup, ", done.stdout)
         self.assertEqual(sorted(os.listdir(place / "cup")), sorted(os.listdir(session)))
