@@ -63,6 +63,14 @@ int commands_settings_bringup(const struct command_call *call);
 /// lenses move by the rig's own commands, which a recording contains.
 int commands_zoom_run(const struct command_call *call);
 
+/// The saved calibration at the axes of `state`, if it matches. ERROR_MISSING: none is saved;
+/// ERROR_MISMATCH and other errors, all with a message.
+struct calibration_match_state;
+struct calibration;
+int commands_calibration_saved(const struct command_call *call,
+                               const struct calibration_match_state *state,
+                               struct calibration *calibration, struct message *message);
+
 /// Sets what a surface that was measured would gain by a pair at another zoom, or by a board in
 /// view: `other_mm` and `board_mm` of its event. Nothing without a `calibration` (NULL).
 struct measure;

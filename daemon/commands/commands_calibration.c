@@ -194,6 +194,24 @@ void commands_calibration_now(const struct command_call *call,
     calibration_match_pair(rig->profile.name, &instrument, &pair, state);
 }
 
+int commands_calibration_saved(const struct command_call *call,
+                               const struct calibration_match_state *state,
+                               struct calibration *calibration, struct message *message) {
+    int error;
+    struct calibration_text *text = load_saved(call, &error);
+    if (text == NULL) {
+        return message_set(message, error, "%s",
+                           error == ERROR_MISSING
+                               ? "no calibration is saved (\"calibration set FILE\")"
+                               : error_text(error));
+    }
+    error = calibration_at_pair("the saved calibration", text->data, text->length, state,
+                                calibration, message);
+    free(text);
+    error = error == ERROR_OK ? calibration_match(calibration, state, NULL, message) : error;
+    return error == ERROR_SIZE_MISMATCH ? ERROR_OK : error;
+}
+
 /// Reads the lens positions, which may have changed since they were last read. Not while recording:
 /// these calls belong to a command that a recording does not contain.
 static int read_lenses(const struct command_call *call) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// One picture of both cameras side by side, to aim, focus and expose by.
+// One picture of both cameras side by side, to aim, focus and expose by; and one picture after the
+// other for a program that shows them live.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "daemon/base/base64.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/commands/space_check.h"
@@ -12,6 +14,7 @@
 #include "daemon/images/picture_marks.h"
 #include "daemon/measure/measure_rig.h"
 #include "daemon/session/capture.h"
+#include "daemon/surface/reconstruct_session.h"
 #include "measure/measure_place.h"
 
 /// One call, and its job for the disk writer.
@@ -23,7 +26,10 @@ struct view {
     struct picture picture;
     char name[FILES_NAME_MAX + 1];
     size_t bytes;
-    bool full;
+    int side_px;  ///< largest side of one camera's picture; 0: all pixels are wanted
+    bool marked;
+    bool colour;  ///< if the cameras have any
+    bool streams;
     int error;
 };
 
@@ -37,12 +43,11 @@ static struct focus_noise noise_of(const struct view *self, unsigned side) {
     return (struct focus_noise){.read_q8 = UINT32_C(4) << 8 << 2 * (frame->image.bits - 8)};
 }
 
-/// Integer factor that reduces a frame to at most VIEW_SIDE_MAX_PX a side; 1 if all pixels are
-/// wanted.
+/// Integer factor that reduces a frame to at most `side_px` a side; 1 if all pixels are wanted.
 static int shrink_of(const struct view *self) {
     const struct raw_image *image = &self->look[RIG_LEFT].frame.image;
     const int side_px = image->width_px > image->height_px ? image->width_px : image->height_px;
-    return self->full ? 1 : (side_px + VIEW_SIDE_MAX_PX - 1) / VIEW_SIDE_MAX_PX;
+    return self->side_px == 0 ? 1 : (side_px + self->side_px - 1) / self->side_px;
 }
 
 /// Develops both frames side by side, with the white balance of the left one, and marks them.
@@ -57,7 +62,7 @@ static int develop(struct view *self, int shrink) {
         if (error != ERROR_OK) {
             return error;
         }
-        if (!self->full) {
+        if (self->marked) {
             const struct focus_noise noise = noise_of(self, side);
             picture_mark(image, &noise, self->look[side].skip, shrink, &half, &self->marks[side]);
         }
@@ -77,23 +82,28 @@ static int write_png(struct view *self) {
 }
 
 /// On the disk writer's thread: this may take seconds, in which the bridge's watchdog must be fed.
-static void make_file(void *cookie) {
+static void make_picture(void *cookie) {
     struct view *self = cookie;
     const struct raw_image *left = &self->look[RIG_LEFT].frame.image;
     struct picture *picture = &self->picture;
     const int shrink = shrink_of(self);
-    picture->channels = self->full && left->layout != RAW_GREY ? 3 : 1;
+    picture->channels = self->colour && left->layout != RAW_GREY ? 3 : 1;
     picture->width_px = RIG_SIDES * (left->width_px / shrink);
     picture->height_px = left->height_px / shrink;
     picture->row_bytes = (size_t)picture->width_px * (size_t)picture->channels;
     picture->pixels = malloc(picture->row_bytes * (size_t)picture->height_px);
-    if (!self->full) {
+    if (self->marked) {
         picture_marks_palette(self->palette);
         picture->palette = self->palette;
     }
     self->error = picture->pixels != NULL ? develop(self, shrink) : ERROR_MEMORY;
-    self->error = self->error == ERROR_OK ? write_png(self) : self->error;
-    free(picture->pixels);
+    if (!self->streams && self->error == ERROR_OK) {
+        self->error = write_png(self);
+    }
+    if (!self->streams || self->error != ERROR_OK) {
+        free(picture->pixels);
+        picture->pixels = NULL;
+    }
 }
 
 static void put_share(const struct command_call *call, const char *name, uint32_t part,
@@ -103,11 +113,13 @@ static void put_share(const struct command_call *call, const char *name, uint32_
 
 static void put_answer(const struct view *self) {
     const struct command_call *call = self->call;
-    reply_text(call, "file", self->name);
-    reply_number(call, "size", (double)self->bytes, 0, "bytes");
+    if (!self->streams) {
+        reply_text(call, "file", self->name);
+        reply_number(call, "size", (double)self->bytes, 0, "bytes");
+    }
     reply_number(call, "width", self->picture.width_px, 0, "px");
     reply_number(call, "height", self->picture.height_px, 0, "px");
-    for (unsigned side = 0; side < RIG_SIDES && !self->full; side++) {
+    for (unsigned side = 0; side < RIG_SIDES && self->side_px != 0; side++) {
         const struct rig_region_frame *frame = &self->look[side].frame;
         const struct picture_marks *marks = &self->marks[side];
         reply_group_begin(call, rig_side_names[side], false);
@@ -118,20 +130,23 @@ static void put_answer(const struct view *self) {
         if (frame->gain_q3 != 0) {
             reply_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
         }
-        put_share(call, "saturated", marks->saturated, marks->blocks);
-        put_share(call, "dark", marks->dark, marks->blocks);
-        reply_number(call, "edges_in_focus", marks->sharp, 0, NULL);
+        if (self->marked) {
+            put_share(call, "saturated", marks->saturated, marks->blocks);
+            put_share(call, "dark", marks->dark, marks->blocks);
+            reply_number(call, "edges_in_focus", marks->sharp, 0, NULL);
+        }
         reply_group_end(call);
     }
 }
 
 /// Checks that there is room for both frames, the picture and its file.
 static int check_space(const struct view *self) {
-    enum { MARKED_BYTES = RIG_SIDES * VIEW_SIDE_MAX_PX * VIEW_SIDE_MAX_PX };
+    const uint64_t pixels = (uint64_t)RIG_SIDES * (unsigned)(self->side_px * self->side_px);
     const struct command_call *call = self->call;
     const bool bridge = call->rig->profile.bridge;
-    struct free_space_frames frames = {.memory_images = space_check_look_images(call, self->full)};
-    if (self->full) {
+    const bool full = self->side_px == 0;
+    struct free_space_frames frames = {.memory_images = space_check_look_images(call, full)};
+    if (full) {
         // The picture has 3 bytes a pixel, its file no more.
         const bool mosaic = space_check_layout(daemon_of(call)) == RAW_BAYER_GRBG;
         const double picture = RIG_SIDES * (mosaic ? 3.0 : 1.0) / sizeof(uint16_t);
@@ -139,8 +154,9 @@ static int check_space(const struct view *self) {
         frames.files_images = picture;
     } else {
         // Behind the bridge frames are thinned to the picture's size.
-        frames.fixed.memory_bytes = (bridge ? 4 : 2) * MARKED_BYTES;
-        frames.fixed.files_bytes = MARKED_BYTES;
+        const unsigned values = (bridge ? 4u : 2u) + (self->colour ? 2u : 0u);
+        frames.fixed.memory_bytes = values * pixels;
+        frames.fixed.files_bytes = self->streams ? 0 : pixels;
     }
     return space_check_frames(call, &frames);
 }
@@ -205,14 +221,16 @@ static int run_view(const struct command_call *call) {
     if (unavailable != 0) {
         return unavailable;
     }
-    view = (struct view){.call = call, .full = command_is_set(&call->values[VIEW_FULL])};
+    const bool full = command_is_set(&call->values[VIEW_FULL]);
+    view = (struct view){
+        .call = call, .side_px = full ? 0 : VIEW_SIDE_MAX_PX, .marked = !full, .colour = full};
     int error = check_space(&view);
     if (error != ERROR_OK) {
         return error;
     }
     error = view_take(call->rig, call->values, view.look);
     if (error == ERROR_OK) {
-        disk_writer_run(&daemon_of(call)->disk_writer, make_file, &view);
+        disk_writer_run(&daemon_of(call)->disk_writer, make_picture, &view);
         pair_look_release(view.look);
         error = view.error;
     }
@@ -223,7 +241,176 @@ static int run_view(const struct command_call *call) {
     return error != ERROR_MEMORY ? error : command_fail(call, error, "view: out of memory");
 }
 
+// ---- one picture after the other
+
+enum { STREAM_SIDE, STREAM_COLOUR, STREAM_CALIBRATION, STREAM_ARGUMENTS };
+enum { STREAM_SIDE_MIN_PX = 64, STREAM_SIDE_MAX_PX = 2048, STREAM_TEXT_MAX = OUTPUT_BYTES / 2 };
+
+/// The lens of the picture of one side, from that of the whole frames, or of the whole sensor.
+/// False: it is for frames of another size.
+static bool fit_lens(const struct view *self, unsigned side, struct lens *lens) {
+    const struct pair_look_frame *look = &self->look[side];
+    const struct raw_image *image = &look->frame.image;
+    const struct rig *rig = self->call->rig;
+    const int shrink = shrink_of(self);
+    struct pair_window window = {look->column_px, look->row_px, look->skip};
+    if (lens->width_px == rig->format.width_px && lens->height_px == rig->format.height_px) {
+        const struct mt9t001_window *now = &rig->camera[side].sensor.window;
+        if (rig->profile.bridge) {
+            window.column_px = (uint16_t)((window.column_px - now->column_px) / now->skip);
+            window.row_px = (uint16_t)((window.row_px - now->row_px) / now->skip);
+            window.skip = (uint8_t)(window.skip / now->skip);
+        }
+    } else if (!rig->profile.bridge || lens->width_px != MT9T001_WIDTH_PX ||
+               lens->height_px != MT9T001_HEIGHT_PX) {
+        return false;
+    }
+    *lens = reconstruct_session_cut(lens, &window, image->width_px, image->height_px);
+    lens->width_px /= shrink;
+    lens->height_px /= shrink;
+    lens->fx_px /= shrink;
+    lens->fy_px /= shrink;
+    lens->cx_px = (lens->cx_px + 0.5) / shrink - 0.5;
+    lens->cy_px = (lens->cy_px + 0.5) / shrink - 0.5;
+    return true;
+}
+
+/// Prints the calibration of the picture as it was taken; returns its length, or 0 after an item
+/// that says why there is none.
+static size_t put_calibration(const struct view *self, char *text, size_t bytes) {
+    const struct calibration_match_state *now = &daemon_of(self->call)->view.now;
+    struct calibration calibration;
+    struct message message;
+    int error = commands_calibration_saved(self->call, now, &calibration, &message);
+    if (error == ERROR_OK && !(fit_lens(self, RIG_LEFT, &calibration.left) &&
+                               fit_lens(self, RIG_RIGHT, &calibration.right))) {
+        error = message_set(&message, ERROR_SIZE_MISMATCH,
+                            "the saved calibration is for %d x %d px, the frames have %d x %d",
+                            calibration.left.width_px, calibration.left.height_px,
+                            self->call->rig->format.width_px, self->call->rig->format.height_px);
+    }
+    if (error == ERROR_OK) {
+        calibration.has_origin = false;
+        error = calibration_print(&calibration, text, bytes);
+    }
+    if (error < 0) {
+        reply_text(self->call, "calibration_missing", message.text);
+        return 0;
+    }
+    return (size_t)error;
+}
+
+/// Gives the client the picture and its calibration: as they are, or as items on a line that
+/// damages bytes.
+static int put_picture(struct view *self, const char *calibration, size_t length) {
+    const struct command_call *call = self->call;
+    const size_t pixels = self->picture.row_bytes * (size_t)self->picture.height_px;
+    struct job *job = job_of(call);
+    reply_number(call, "channels", self->picture.channels, 0, NULL);
+    reply_number(call, "calibration_bytes", (double)length, 0, "bytes");
+    reply_number(call, "bytes", (double)(pixels + length), 0, "bytes");
+    uint8_t *data = realloc(self->picture.pixels, pixels + length);
+    if (data == NULL) {
+        return ERROR_MEMORY;
+    }
+    self->picture.pixels = data;
+    memcpy(data + pixels, calibration, length);
+    if (!job->request.framed) {
+        job->payload = (struct job_payload){data, pixels + length};
+        self->picture.pixels = NULL;
+        return ERROR_OK;
+    }
+    if (BASE64_TEXT_BYTES(pixels + length) > STREAM_TEXT_MAX) {
+        return command_fail(call, ERROR_RANGE,
+                            "stream: too large for a serial line (side=160 colour=no)");
+    }
+    char *text = malloc(BASE64_TEXT_BYTES(pixels + length));
+    if (text == NULL) {
+        return ERROR_MEMORY;
+    }
+    base64_encode(data, pixels + length, text);
+    reply_text(call, "data", text);
+    free(text);
+    return ERROR_OK;
+}
+
+static int stream_one(struct view *self) {
+    const struct command_call *call = self->call;
+    const int side_px = self->side_px > PAIR_LOOK_MIN_PX ? self->side_px : PAIR_LOOK_MIN_PX;
+    int error = pair_look(call->rig, side_px, true, self->look);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    disk_writer_run(&daemon_of(call)->disk_writer, make_picture, self);
+    error = self->error;
+    if (error == ERROR_OK) {
+        char calibration[CALIBRATION_TEXT_MAX_BYTES];
+        size_t length = 0;
+        keep(self);
+        put_answer(self);
+        if (command_is_set(&call->values[STREAM_CALIBRATION])) {
+            length = put_calibration(self, calibration, sizeof calibration);
+        }
+        error = put_picture(self, calibration, length);
+    }
+    pair_look_release(self->look);
+    free(self->picture.pixels);
+    return error;
+}
+
+static int run_stream(const struct command_call *call) {
+    static struct view view;  // one thread has the rig
+    const struct command_value *values = call->values;
+    const struct job *job = job_of(call);
+    if (!job->request.framed && (!job->request.binary || job->watch.on)) {
+        return command_fail(call, ERROR_UNSUPPORTED,
+                            "stream: is for programs that ask with @binary (\"view\" writes a "
+                            "picture, \"vergence view\" of the PC shows them live)");
+    }
+    if (record_is_under_way(&daemon_of(call)->record)) {
+        return command_fail(call, ERROR_BUSY, "stream: waits for the end of the recording");
+    }
+    view = (struct view){
+        .call = call,
+        .side_px = values[STREAM_SIDE].given ? (int)values[STREAM_SIDE].integer : VIEW_SIDE_MAX_PX,
+        .colour = !values[STREAM_COLOUR].given || command_is_set(&values[STREAM_COLOUR]),
+        .streams = true};
+    int error = check_space(&view);
+    error = error == ERROR_OK ? stream_one(&view) : error;
+    return error != ERROR_MEMORY || call->message[0] != '\0'
+               ? error
+               : command_fail(call, error, "stream: out of memory");
+}
+
+static const struct command_argument stream_arguments[STREAM_ARGUMENTS] = {
+    [STREAM_SIDE] = {.name = "side",
+                     .kind = COMMAND_INTEGER,
+                     .unit = "px",
+                     .min = STREAM_SIDE_MIN_PX,
+                     .max = STREAM_SIDE_MAX_PX,
+                     .help = "largest side of one camera's picture, which is reduced by an integer "
+                             "factor; default: 640"},
+    [STREAM_COLOUR] = {.name = "colour",
+                       .kind = COMMAND_FLAG,
+                       .help = "in colour if the cameras have any (default: yes)"},
+    [STREAM_CALIBRATION] = {.name = "calibration",
+                            .kind = COMMAND_FLAG,
+                            .help = "with the saved calibration, fitted to the picture"},
+};
+
 static const struct command commands[] = {
+    {.name = "stream",
+     .summary = "return what both cameras see now, for programs that show it live",
+     .help = "One picture, left and right side by side. A program asks for the next one when it "
+             "has used this one, so a slow one gets fewer pictures, never old ones, and commands "
+             "of others run in between. After the line of the answer come \"bytes\" bytes: rows of "
+             "8 bits a value, then \"calibration_bytes\" of text; over a serial line they are the "
+             "item \"data\", in Base64. \"vergence view\" shows it in a browser. Not during a "
+             "recording.",
+     .arguments = stream_arguments,
+     .argument_count = STREAM_ARGUMENTS,
+     .flags = COMMAND_NEEDS_RIG | COMMAND_UNRECORDED | COMMAND_GROUP_LOOK,
+     .run = run_stream},
     {.name = "view",
      .summary = "write one picture of what both cameras see, to aim, focus and expose by",
      .help =

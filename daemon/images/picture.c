@@ -2,6 +2,7 @@
 #include "daemon/images/picture.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "core/arena.h"
 #include "core/error.h"
@@ -15,6 +16,10 @@ static void shrink_into(const uint8_t *from, size_t from_row_bytes, int shrink,
     for (int y = 0; y < picture->height_px; y++) {
         uint8_t *out = picture->pixels + (size_t)y * picture->row_bytes;
         const uint8_t *top = from + (size_t)y * (size_t)shrink * from_row_bytes;
+        if (shrink == 1) {
+            memcpy(out, top, (size_t)picture->width_px * channels);
+            continue;
+        }
         for (size_t i = 0; i < (size_t)picture->width_px * channels; i++) {
             const uint8_t *corner = top + i / channels * (size_t)shrink * channels + i % channels;
             uint32_t sum = area / 2;

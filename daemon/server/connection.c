@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <poll.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -88,10 +89,15 @@ static bool is_busy(const struct connection *self) {
     return atomic_load(&self->job.state) != JOB_FREE || self->job.watch.on;
 }
 
+static void free_payload(struct job_payload *payload) {
+    free(payload->data);
+    *payload = (struct job_payload){.data = NULL};
+}
+
 /// Whether the next input is for the editor, or else for a program's next line. A client that does
 /// not read its answers gets no more.
 static bool is_ready(struct connection *self, bool edited) {
-    return is_edited(self) == edited && !is_busy(self) &&
+    return is_edited(self) == edited && !is_busy(self) && self->payload.data == NULL &&
            output_length(&self->output) <= BACKLOG_BYTES;
 }
 
@@ -171,6 +177,7 @@ void connection_gone(struct connection *self) {
     self->ended = true;
     self->input_bytes = 0;
     output_reset(&self->output, true);
+    free_payload(&self->payload);
     cancel(self);
     if (atomic_load(&self->job.state) == JOB_FREE) {
         self->job.watch.on = false;
@@ -386,8 +393,14 @@ static bool step_lines(struct connection *self) {
 /// Completes a command that has been answered.
 static void take_answer(struct connection *self, uint64_t now_us) {
     struct job *job = &self->job;
-    INVARIANT(atomic_load(&job->state) == JOB_DONE);
+    INVARIANT(atomic_load(&job->state) == JOB_DONE && self->payload.data == NULL);
     job->bar_columns = 0;
+    self->payload = job->payload;
+    self->payload_sent = 0;
+    job->payload = (struct job_payload){.data = NULL};
+    if (self->gone) {
+        free_payload(&self->payload);
+    }
     atomic_store(&job->state, JOB_FREE);
     if (job->quit) {
         job->quit = false;
@@ -465,15 +478,34 @@ uint64_t connection_due_us(const struct connection *self) {
     return self->used && waits ? self->watch_us : UINT64_MAX;
 }
 
+bool connection_has_output(struct connection *self) {
+    return output_length(&self->output) > 0 || self->payload.data != NULL;
+}
+
+/// Removes bytes that were sent, of the output or else of the payload.
+static void take_sent(struct connection *self, size_t bytes, bool of_output) {
+    if (of_output) {
+        output_take(&self->output, bytes);
+        return;
+    }
+    self->payload_sent += bytes;
+    if (self->payload_sent == self->payload.bytes) {
+        free_payload(&self->payload);
+    }
+}
+
 void connection_send(struct connection *self, uint64_t now_us) {
     char data[SEND_BYTES];
     for (;;) {
-        const size_t bytes = output_peek(&self->output, data, sizeof data);
-        if (bytes == 0) {
+        const size_t ready = output_peek(&self->output, data, sizeof data);
+        const struct job_payload *payload = &self->payload;
+        if (ready == 0 && payload->data == NULL) {
             self->stalled_us = 0;
             return;
         }
-        const ssize_t sent = write(self->out_fd, data, bytes);
+        const void *from = ready > 0 ? (const void *)data : payload->data + self->payload_sent;
+        const size_t bytes = ready > 0 ? ready : payload->bytes - self->payload_sent;
+        const ssize_t sent = write(self->out_fd, from, bytes);
         if (sent < 0 && errno == EINTR) {
             continue;
         }
@@ -486,7 +518,7 @@ void connection_send(struct connection *self, uint64_t now_us) {
             return;
         }
         self->stalled_us = 0;
-        output_take(&self->output, (size_t)sent);
+        take_sent(self, (size_t)sent, ready > 0);
     }
 }
 
@@ -495,5 +527,5 @@ bool connection_over(struct connection *self) {
         return false;
     }
     return self->gone || (self->ended && (self->input_bytes == 0 || is_edited(self)) &&
-                          output_length(&self->output) == 0);
+                          !connection_has_output(self));
 }

@@ -39,6 +39,8 @@ struct connection {
     uint64_t life_us;     ///< time at which a heartbeat was last sent
     uint64_t stalled_us;  ///< time since which the client has not read; 0: it reads
     struct output output;
+    struct job_payload payload;  ///< to be sent after `output`, before the next answer
+    size_t payload_sent;
     struct job job;
     struct editor editor;
 };
@@ -60,6 +62,8 @@ void connection_read(struct connection *self, short events);
 void connection_step(struct connection *self, uint64_t now_us);
 /// When the next round of a watch is due; UINT64_MAX: never.
 uint64_t connection_due_us(const struct connection *self);
+/// Whether there is something to send.
+bool connection_has_output(struct connection *self);
 /// Sends as much as the client accepts now.
 void connection_send(struct connection *self, uint64_t now_us);
 

@@ -58,6 +58,12 @@ struct job_watch {
     char line[COMMAND_LINE_MAX + 1];
 };
 
+/// Bytes that follow an answer, allocated by malloc.
+struct job_payload {
+    uint8_t *data;  ///< NULL: none
+    size_t bytes;
+};
+
 struct job {
     atomic_int state;       ///< enum job_state
     atomic_bool cancelled;  ///< the client has cancelled the command
@@ -70,8 +76,9 @@ struct job {
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     struct job_watch watch;
-    bool round;  ///< a round of `watch`: answered only if it fails or is the last
-    bool quit;   ///< close the connection
+    bool round;                  ///< a round of `watch`: answered only if it fails or is the last
+    bool quit;                   ///< close the connection
+    struct job_payload payload;  ///< set by the command, sent after its answer
 
     // While it is queued. Used by both threads, under the worker's lock.
     uint64_t queued_us;    ///< monotonic time at which it was queued

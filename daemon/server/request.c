@@ -46,16 +46,21 @@ static int take_option(const char *option, size_t bytes, struct request *request
         request->progress = true;
         return ERROR_OK;
     }
+    if (strcmp(word, "binary") == 0) {
+        request->binary = true;
+        return ERROR_OK;
+    }
     struct command_text text = command_text_begin(message, message_bytes);
     command_text_add(&text, "invalid option \"");
     command_text_add_typed(&text, word);
-    command_text_add(&text,
-                     "\" after @ (expected json, text, progress, or as the last one crc=HEX)");
+    command_text_add(
+        &text, "\" after @ (expected json, text, progress, binary, or as the last one crc=HEX)");
     return ERROR_SYNTAX;
 }
 
 int request_parse(const char *line, struct request *request, char *message, size_t message_bytes) {
     request->framed = false;
+    request->binary = false;
     request->command = line;
     message[0] = '\0';
     if (*line != '@') {

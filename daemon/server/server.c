@@ -123,6 +123,7 @@ static void close_client(struct server *self, struct connection *client) {
     self->stopping = self->stopping || console_is_stdio(&self->console, client);
     hang_up(self, client);
     output_reset(&client->output, true);
+    INVARIANT(client->payload.data == NULL);
     client->used = false;
     if (client->lasting) {
         console_left(&self->console, client->gone);
@@ -274,7 +275,7 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
             const short events = connection_has_room(client) ? POLLIN : 0;
             fds[count++] = (struct pollfd){.fd = client->in_fd, .events = events};
         }
-        if (output_length(&client->output) > 0) {
+        if (connection_has_output(client)) {
             at[i][1] = (int)count;
             fds[count++] = (struct pollfd){.fd = client->out_fd, .events = POLLOUT};
         }

@@ -67,7 +67,7 @@ struct pair_options capture_options(const struct command_value *values) {
 int view_take(struct rig *rig, const struct command_value *values,
               struct pair_look_frame looks[RIG_SIDES]) {
     const bool full = command_is_set(&values[VIEW_FULL]);
-    return pair_look(rig, full ? PAIR_LOOK_WHOLE_PX : VIEW_SIDE_MAX_PX, looks);
+    return pair_look(rig, full ? PAIR_LOOK_WHOLE_PX : VIEW_SIDE_MAX_PX, false, looks);
 }
 
 int capture_take(struct rig *rig, const struct pair_options *options, struct pair *pair,

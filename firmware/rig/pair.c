@@ -382,7 +382,16 @@ static struct rig_rectangle thinned(const struct rig *rig, unsigned side, int ma
     return where;
 }
 
-int pair_look(struct rig *rig, int max_side_px, struct pair_look_frame looks[RIG_SIDES]) {
+// The earliest time of which a look may show a row.
+static uint64_t look_from_us(const struct rig *rig, unsigned side, bool streams) {
+    const uint64_t now_us = rig_now_us(rig);
+    const bool runs_freely = !rig->profile.bridge && !rig->profile.trigger;
+    const uint64_t before_us = streams && runs_freely ? 2 * rig_camera_frame_us(rig, side) : 0;
+    return now_us > before_us ? now_us - before_us : 0;
+}
+
+int pair_look(struct rig *rig, int max_side_px, bool streams,
+              struct pair_look_frame looks[RIG_SIDES]) {
     const struct pair_options options = {.check_static = false};
     INVARIANT(max_side_px >= PAIR_LOOK_MIN_PX && max_side_px <= PAIR_LOOK_WHOLE_PX);
     if (rig->state != RIG_READY) {
@@ -401,8 +410,8 @@ int pair_look(struct rig *rig, int max_side_px, struct pair_look_frame looks[RIG
         look->column_px = where.column_px;
         look->row_px = where.row_px;
         error = rig_region_begin(rig, &region, side, &where, look->skip);
-        error = error == ERROR_OK ? rig_region_take(rig, &region, rig_now_us(rig), &look->frame)
-                                  : error;
+        const uint64_t from_us = look_from_us(rig, side, streams);
+        error = error == ERROR_OK ? rig_region_take(rig, &region, from_us, &look->frame) : error;
         const int ended = rig_region_end(rig, &region, false);
         error = error == ERROR_OK ? ended : error;
         report(rig, &options, side + 1);

@@ -5,6 +5,7 @@
 #ifndef VERGENCE_RIG_PAIR_H
 #define VERGENCE_RIG_PAIR_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "rig/pair_frame.h"
@@ -34,9 +35,12 @@ enum { PAIR_LOOK_MIN_PX = 256, PAIR_LOOK_WHOLE_PX = UINT16_MAX };
 /// Takes one current frame of each camera without any comparison, for display only. Behind the
 /// bridge, frames of more than `max_side_px` (at least PAIR_LOOK_MIN_PX) a side are thinned by the
 /// sensor, which is then set as before; other cameras send theirs whole. Their axes are not read.
-/// Errors: ERROR_MEMORY; ERROR_FRAME: incomplete, also at the second attempt; ERROR_CANCELLED;
-/// others of the parts. On success the caller releases them.
-int pair_look(struct rig *rig, int max_side_px, struct pair_look_frame looks[RIG_SIDES]);
+/// `streams`: for one look after the other; frames of cameras with their own ports, unless they are
+/// triggered, may then have begun up to two frame periods before the call, so that none is missed
+/// that came since the look before. Errors: ERROR_MEMORY; ERROR_FRAME: incomplete, also at the
+/// second attempt; ERROR_CANCELLED; others of the parts. On success the caller releases them.
+int pair_look(struct rig *rig, int max_side_px, bool streams,
+              struct pair_look_frame looks[RIG_SIDES]);
 void pair_look_release(struct pair_look_frame looks[RIG_SIDES]);
 
 #ifdef __cplusplus
