@@ -11,9 +11,9 @@ static int run_reconstruct(int argc, char **argv) {
 
 int main(int argc, char **argv) {
     static const struct client_command commands[] = {
-        {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
-        {"export", "write the pairs of a session as images", export_command_run},
-        {"replay", "replay a recording and compare the pairs", replay_command_run},
+        {"reconstruct", "measure a surface from a pair of images", run_reconstruct, NULL},
+        {"export", "write the pairs of a session as images", export_command_run, NULL},
+        {"replay", "replay a recording and compare the pairs", replay_command_run, NULL},
     };
     return client_main(argc, argv, commands, sizeof commands / sizeof commands[0]);
 }

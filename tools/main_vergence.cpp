@@ -48,17 +48,22 @@ int run_measure(int argc, char **argv) {
     return command_measure(argc, argv, reconstruct);
 }
 
+int check_measure(int argc, char **argv) {
+    return command_measure(argc, argv, nullptr);
+}
+
 const client_command commands[] = {
-    {"measure", "make the surface of a measurement of an instrument", run_measure},
-    {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
-    {"calibrate", "calibrate a stereo pair from pictures of a board", command_calibrate},
-    {"calibrate capture", "take the pictures for a calibration at all zooms", command_capture},
-    {"board", "make a printable calibration board", command_board},
-    {"evaluate", "compare a result with the ground truth", command_evaluate},
-    {"info", "explain a calibration, a result or a session", command_info},
-    {"export", "write the pairs of a session as pictures", export_command_run},
-    {"replay", "play a recording again and compare the pairs", replay_command_run},
-    {"simulate", "start a simulated rig, or show what it would see", command_simulate},
+    {"measure", "make the surface of a measurement of an instrument", run_measure, check_measure},
+    {"reconstruct", "measure a surface from a pair of images", run_reconstruct, nullptr},
+    {"calibrate", "calibrate a stereo pair from pictures of a board", command_calibrate, nullptr},
+    {"calibrate capture", "take the pictures for a calibration at all zooms", command_capture,
+     nullptr},
+    {"board", "make a printable calibration board", command_board, nullptr},
+    {"evaluate", "compare a result with the ground truth", command_evaluate, nullptr},
+    {"info", "explain a calibration, a result or a session", command_info, nullptr},
+    {"export", "write the pairs of a session as pictures", export_command_run, nullptr},
+    {"replay", "play a recording again and compare the pairs", replay_command_run, nullptr},
+    {"simulate", "start a simulated rig, or show what it would see", command_simulate, nullptr},
 };
 
 }  // namespace

@@ -221,10 +221,11 @@ static bool connects_later(int argc, char **argv) {
 }
 
 /// The client's own `measure`, for `--connect`; NULL: it has none.
-static int (*own_measure(const struct client_command *commands, int command_count))(int, char **) {
+static const struct client_command *own_measure(const struct client_command *commands,
+                                                int command_count) {
     for (int i = 0; i < command_count; i++) {
         if (strcmp("measure", commands[i].name) == 0) {
-            return commands[i].run;
+            return &commands[i];
         }
     }
     return NULL;

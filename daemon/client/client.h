@@ -16,6 +16,9 @@ struct client_command {
     const char *name;
     const char *summary;                // one line, no full stop
     int (*run)(int argc, char **argv);  // argv[0] is the command's name; handles --help itself
+    // Checks a command line as `run` does, and does nothing else: OPTIONS_CONTINUE, or the exit
+    // code, with one line on standard error. NULL: `run` alone finds out.
+    int (*check)(int argc, char **argv);
 };
 
 /// Runs the command that `argv` names and returns the exit code for the process. Standard output

@@ -100,10 +100,10 @@ static int give_up(struct message *message) {
     return message_set(message, ERROR_CANCELLED, "interrupted");
 }
 
-/// A decision of `measure` ("aim: the subject is ...") stays on the screen above the progress.
+/// A decision of `measure` ("aim: the subject is ...") stays on the screen above the progress, and
+/// goes to a file when it is made.
 static void keep_step(struct remote *self, const char *what) {
-    if (self->shows_steps && strstr(what, ": ") != NULL && strcmp(what, self->step) != 0 &&
-        isatty(STDERR_FILENO) != 0) {
+    if (self->shows_steps && strstr(what, ": ") != NULL && strcmp(what, self->step) != 0) {
         remote_progress(self, "", 0, 0);
         printable_print(stderr, what);
         fputc('\n', stderr);

@@ -23,6 +23,8 @@ enum {
     REMOTE_EXIT_LINE = 3
 };
 
+struct client_command;
+
 /// A connection in use.
 struct remote {
     struct remote_line line;
@@ -33,11 +35,11 @@ struct remote {
     struct cJSON *answer;    ///< answer to the last remote_call; freed with the connection
     bool interrupted;        ///< Ctrl-C was pressed: the command is cancelled, no new one starts
     bool refused;            ///< the instrument answered ERR to the last remote_call
-    int (*measure)(int argc, char **argv);  ///< the client's own `measure`; NULL: it has none
-    int measure_exit;                       ///< its exit code, after remote_measure
-    bool shows_steps;                       ///< progress with a reason is kept on the screen
-    char step[REMOTE_STEP_BYTES];           ///< the last one shown
-    bool over;                              ///< "quit" was sent: no more commands can follow
+    const struct client_command *measure;  ///< the client's own `measure`; NULL: it has none
+    int measure_exit;                      ///< its exit code, after remote_measure
+    bool shows_steps;                      ///< progress with a reason is kept on standard error
+    char step[REMOTE_STEP_BYTES];          ///< the last one shown
+    bool over;                             ///< "quit" was sent: no more commands can follow
     /// Another descriptor to watch while waiting for an answer, and its handler; -1, NULL: none.
     int extra_fd;
     void (*service)(struct remote *self);
@@ -83,7 +85,7 @@ int remote_open_default(struct remote_line *line, struct message *message);
 
 /// Runs the command line `vergence --connect ...`; returns the process's exit code. `measure`: the
 /// client's own command `measure SESSION`; NULL: it has none.
-int remote_main(int argc, char **argv, int (*measure)(int argc, char **argv));
+int remote_main(int argc, char **argv, const struct client_command *measure);
 
 /// Sends a command and passes each line of the answer to `show`; waits for its end without a limit.
 /// Over a serial line only lines that arrived undamaged are shown; a command that arrived damaged,
@@ -136,9 +138,9 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
                  struct message *message);
 
 /// Runs `measure NAME ...`: the instrument measures; the session is fetched and the client's own
-/// `measure` makes its surface here, with the options that only the PC has. Over a serial line, or
-/// without that command, the instrument's surface is fetched. As remote_ask; `measure_exit` is the
-/// exit code of the surface made here.
+/// `measure` makes its surface here, with the options that only the PC has, which are checked
+/// before. Over a serial line, or without that command, the instrument's surface is fetched. As
+/// remote_ask; `measure_exit` is the exit code of the surface made here, or of that check.
 int remote_measure(struct remote *self, const struct command_words *words, remote_show *show,
                    void *cookie, struct message *message);
 

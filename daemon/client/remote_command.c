@@ -382,7 +382,7 @@ static int open_line(struct remote *self, const char *where, struct message *mes
     }
 }
 
-int remote_main(int argc, char **argv, int (*measure)(int argc, char **argv)) {
+int remote_main(int argc, char **argv, const struct client_command *measure) {
     struct arguments arguments = {0};
     const int first = first_word(&argc, argv);
     const int count = argc - first;

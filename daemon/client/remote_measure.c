@@ -7,12 +7,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "console/command.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/process.h"
 #include "daemon/cli/options.h"
+#include "daemon/client/client.h"
 #include "daemon/client/remote.h"
 
 enum { NAME_BYTES = 256, LOCAL_WORDS_MAX = 2 * COMMAND_WORDS_MAX + 4 };
@@ -134,23 +136,33 @@ static bool is_plain(const char *name) {
     return name[0] != '\0' && name[0] != '.' && name[0] != '-' && strchr(name, '/') == NULL;
 }
 
-/// Runs `vergence measure SESSION`, which Ctrl-C ends as usual. Returns its exit code.
-static int run_here(struct remote *self, char *session, char **local, int local_count) {
+/// The words of `vergence measure SESSION`. Returns their number.
+static int make_words(const struct remote *self, char *session, const struct parts *parts,
+                      char *words[LOCAL_WORDS_MAX]) {
     static char name[] = "measure", quiet[] = "--quiet";
-    char *words[LOCAL_WORDS_MAX] = {name, session};
-    sigset_t taken, before;
-    int count = 2;
-    for (int i = 0; i < local_count; i++) {
-        words[count++] = local[i];
+    int count = 0;
+    words[count++] = name;
+    words[count++] = session;
+    for (int i = 0; i < parts->local_count; i++) {
+        words[count++] = parts->local[i];
     }
     if (self->json) {
         words[count++] = quiet;
     }
     INVARIANT(count < LOCAL_WORDS_MAX);
+    words[count] = NULL;
+    return count;
+}
+
+/// Runs `vergence measure SESSION`, which Ctrl-C ends as usual. Returns its exit code.
+static int run_here(struct remote *self, char *session, const struct parts *parts) {
+    char *words[LOCAL_WORDS_MAX];
+    sigset_t taken, before;
+    const int count = make_words(self, session, parts, words);
     sigemptyset(&taken);
     sigaddset(&taken, SIGINT);
     sigprocmask(SIG_UNBLOCK, &taken, &before);
-    const int code = self->measure(count, words);
+    const int code = self->measure->run(count, words);
     interrupt_release();  // the prompt continues
     sigprocmask(SIG_SETMASK, &before, NULL);
     return code;
@@ -192,7 +204,7 @@ static int conclude(struct remote *self, struct parts *parts, struct measuring *
     const char *why = why_not_here(self, measuring);
     const int error = fetch(self, measuring, why == NULL, message);
     if (error == ERROR_OK && why == NULL) {
-        self->measure_exit = run_here(self, measuring->session, parts->local, parts->local_count);
+        self->measure_exit = run_here(self, measuring->session, parts);
     } else if (error == ERROR_OK && !self->json) {
         measuring->show(self, measuring->cookie, why);
     }
@@ -201,7 +213,7 @@ static int conclude(struct remote *self, struct parts *parts, struct measuring *
 
 static int measure(struct remote *self, struct parts *parts, struct measuring *measuring,
                    struct message *message) {
-    self->shows_steps = true;
+    self->shows_steps = !self->json;
     self->step[0] = '\0';
     int error = remote_ask(self, parts->request, hold_back, measuring, message);
     self->shows_steps = false;
@@ -216,13 +228,51 @@ static int measure(struct remote *self, struct parts *parts, struct measuring *m
     return error;
 }
 
+static bool is_planned_only(const struct command_words *words) {
+    bool planned = false;
+    for (size_t i = 2; i < words->count; i++) {
+        const char *name = words->word[i] + strspn(words->word[i], "-");
+        planned = planned || (strncmp(name, "plan", 4) == 0 && (name[4] == '\0' || name[4] == '='));
+    }
+    return planned;
+}
+
+/// Checks the local command before the instrument works for it. False: `*error` ends it.
+static bool check_here(struct remote *self, const struct command_words *line, char *name,
+                       const struct parts *parts, int *error, struct message *message) {
+    char *words[LOCAL_WORDS_MAX];
+    struct stat about;
+    if (self->measure == NULL || self->measure->check == NULL || self->line.serial) {
+        return true;
+    }
+    // What the instrument measures is new there.
+    if (is_plain(name) && !is_planned_only(line) && lstat(name, &about) == 0) {
+        *error = message_set(message, ERROR_ARGUMENT,
+                             "measure: %s exists here (remove it, or give another name)", name);
+        return false;
+    }
+    const int code = self->measure->check(make_words(self, name, parts, words), words);
+    if (code == OPTIONS_CONTINUE) {
+        return true;
+    }
+    self->measure_exit = code;
+    if (self->json) {
+        *error = message_set(message, ERROR_ARGUMENT,
+                             "measure: the options for the surface are wrong: see standard error");
+    }
+    return false;
+}
+
 int remote_measure(struct remote *self, const struct command_words *words, remote_show *show,
                    void *cookie, struct message *message) {
     static struct parts parts;
     struct measuring measuring = {.show = show, .cookie = cookie};
     self->measure_exit = CLIENT_OK;
+    snprintf(measuring.name, sizeof measuring.name, "%s", words->word[1]);
     int error = split(words, &parts, message);
-    error = error == ERROR_OK ? measure(self, &parts, &measuring, message) : error;
+    if (error == ERROR_OK && check_here(self, words, measuring.name, &parts, &error, message)) {
+        error = measure(self, &parts, &measuring, message);
+    }
     cJSON_Delete(measuring.answer);
     return error;
 }

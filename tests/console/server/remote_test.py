@@ -153,13 +153,15 @@ class Remote(ConsoleTest):
         made = "result: surface-cup-1\n"
         as_json = {"ok": True, "result": {"name": "cup", "session": "cup", "result": "surface-cup-1"}}
         where, asked = self.stand_in([
-            "... aim: it is left 3/40\n" + text.format("cup", made), text.format("cup", made),
+            "... aim: it is left 3/40\n" + text.format("cup", made),
             json.dumps(as_json) + "\n", text.format("cup", ""), text.format("r1", made),
             text.format("cup", made).replace("cup\n", "../cup\n"), text.format("cup", made)])
         place = pathlib.Path(self.path_of("pc"))
         place.mkdir()
 
-        def measure(*words, program=os.environ["VERGENCE"], json_too=()):
+        def measure(*words, program=os.environ["VERGENCE"], json_too=(), fresh=True):
+            if fresh:
+                shutil.rmtree(place / "cup", ignore_errors=True)
             return subprocess.run([program, "--connect", where, *json_too, "measure", "cup", *words],
                                   capture_output=True, text=True, timeout=TIMEOUT_S, cwd=place)
         done = measure("fit=900", "--quick", "--out", "made")
@@ -168,16 +170,23 @@ class Remote(ConsoleTest):
         self.assertIn("written: cup, ", done.stdout)
         self.assertEqual(sorted(os.listdir(place / "cup")), sorted(os.listdir(session)))
         self.assertIn("searched", done.stdout + "searched" * (done.returncode == 4))
-        done = measure("--board", "10x7")  # a fault of the part that is made here
-        self.assertEqual((done.returncode, "OK" in done.stdout), (2, False), done.stdout)
-        self.assertIn("--square", done.stderr)
-        done = measure("--out")  # nothing is measured
+        self.assertIn("aim: it is left\n", done.stderr)  # also where that is not a terminal
+        # Faults of the part that is made here: nothing is measured.
+        for words, code, why in ((["--board", "10x7"], 2, "--square"), (["--board=x"], 2, "board"),
+                                 (["length=300"], 2, "--from"), (["--out"], 1, "--out requires a value")):
+            for json_too in ([], ["--json"]):
+                done = measure(*words, json_too=json_too)
+                self.assertEqual((done.returncode, bool(done.stdout)),
+                                 (1 if json_too else code, bool(json_too)), done.stderr)
+                self.assertIn(why, done.stderr + done.stdout)
+        (place / "cup").mkdir()
+        done = measure(fresh=False)
         self.assertEqual((done.returncode, done.stdout), (1, ""), done.stderr)
-        self.assertIn("--out requires a value", done.stderr)
+        self.assertIn("cup exists here", done.stderr)
         done = measure(json_too=["--json"])
         self.assertEqual(done.stderr.count("\n"), int(done.returncode == 4), done.stderr)
         self.assertEqual(json.loads(done.stdout)["result"]["fetched"], "cup")
-        done = measure("plan")
+        done = measure("plan", fresh=False)
         self.assertEqual((done.returncode, done.stdout), (0, text.format("cup", "")))
         done = measure()  # while it records
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -190,8 +199,8 @@ class Remote(ConsoleTest):
         done = measure(program=VERGENCE)  # the client of the board makes no surface with a report
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("this program makes none", done.stdout)
-        self.assertEqual(asked, ["measure cup fit=900 --quick", "measure cup", "measure cup",
-                                 "measure cup plan", "measure cup", "measure cup", "measure cup"])
+        self.assertEqual(asked, ["measure cup fit=900 --quick", "measure cup", "measure cup plan",
+                                 "measure cup", "measure cup", "measure cup"])
 
     def test_a_connection_that_breaks(self):
         path = self.path_of("breaks.sock")

@@ -98,27 +98,37 @@ int refuse(int code, const std::string &text) {
 }
 
 /// Adds the instrument's words ("pair=3 near=1568.000") as options of the command line. A session
-/// may come from anywhere: only options that decide the surface are taken. False: another one.
+/// may come from anywhere: only options that decide the surface are taken. False: there is another
+/// one, or a value that an instrument does not write.
 bool add_noted(const char *words, std::vector<std::string> *line) {
+    char text[MESSAGE_BYTES];
+    command_text why = command_text_begin(text, sizeof text);
+    const command_parser parser = {"measure", reconstruct_arguments, RECONSTRUCT_SHARED, "", &why};
+    command_value values[RECONSTRUCT_SHARED] = {};
+    std::vector<std::string> noted;
     std::istringstream stream(words);
     for (std::string word; stream >> word;) {
-        const std::size_t equals = word.find('=');
-        const std::string name = word.substr(0, equals);
-        const std::string value = equals == std::string::npos ? "yes" : word.substr(equals + 1);
-        const command_argument *const end = reconstruct_arguments + RECONSTRUCT_SHARED;
-        const command_argument *option =
-            std::find_if(reconstruct_arguments, end,
-                         [&](const command_argument &one) { return name == one.name; });
-        if (option == end) {
+        noted.push_back(word);
+    }
+    for (const std::string &word : noted) {
+        const char *const one[] = {word.c_str()};
+        std::size_t at = 0;
+        if (command_parse_option(&parser, one, 1, &at, values) != ERROR_OK) {
             return false;
         }
+        const std::string name = word.substr(0, word.find('='));
+        const command_argument *option =
+            std::find_if(reconstruct_arguments, reconstruct_arguments + RECONSTRUCT_SHARED,
+                         [&](const command_argument &argument) { return name == argument.name; });
         if (option->kind != COMMAND_FLAG) {
-            line->insert(line->end(), {"--" + name, value});
-        } else if (value == "yes") {
+            line->insert(line->end(), {"--" + name, word.substr(name.size() + 1)});
+        } else if (command_is_set(&values[option - reconstruct_arguments])) {
             line->push_back("--" + name);
         }
     }
-    return true;
+    reconstruct_request request = reconstruct_request_defaults();
+    command_store(reconstruct_arguments, RECONSTRUCT_SHARED, values, &request);
+    return reconstruct_request_check_search(&request) == nullptr;
 }
 
 /// Adds the user's options for the surface, as they were given: all but the operand and our own.
@@ -205,6 +215,27 @@ std::string out_of(std::string session) {
     return report_text_file_name(session) + "-surface";
 }
 
+/// Adds what the session's notes say of its surface. "": they are as they must be.
+std::string read_noted(const char *session, std::vector<std::string> *line) {
+    const auto notes = std::make_unique<session_notes>();
+    message why{};
+    const int got = session_notes_read(AT_FDCWD, session, notes.get(), &why);
+    if (got < 0) {
+        return why.text;
+    }
+    if (got == 0) {
+        return std::string(session) + ": was not taken by measure: use vergence reconstruct";
+    }
+    if (notes->surface[0] == '\0') {
+        return std::string(session) +
+               ": measure ended before its surface: use vergence reconstruct for its pairs";
+    }
+    return add_noted(notes->surface, line)
+               ? ""
+               : std::string(session) + ": noted by another version of measure, or damaged (\"" +
+                     notes->surface + "\"): use vergence reconstruct";
+}
+
 }  // namespace
 
 int command_measure(int argc, char **argv,
@@ -234,26 +265,14 @@ int command_measure(int argc, char **argv,
     if (!wrong.empty()) {
         return refuse(CLIENT_USAGE, wrong + "; see \"vergence measure --help\"");
     }
-    const auto notes = std::make_unique<session_notes>();
-    message why{};
-    const int got = session_notes_read(AT_FDCWD, session, notes.get(), &why);
-    if (got <= 0) {
-        return refuse(CLIENT_BAD_INPUT,
-                      got < 0 ? why.text
-                              : std::string(session) +
-                                    ": was not taken by measure: use vergence reconstruct");
-    }
-    if (notes->surface[0] == '\0') {
-        return refuse(CLIENT_BAD_INPUT, std::string(session) +
-                                            ": measure ended before its surface: use vergence "
-                                            "reconstruct for its pairs");
+    if (reconstruct == nullptr) {
+        return OPTIONS_CONTINUE;
     }
     const std::string path = path_of(session);
     std::vector<std::string> line = {"reconstruct", path, "--out", out_of(path)};
-    if (!add_noted(notes->surface, &line)) {
-        return refuse(CLIENT_BAD_INPUT, std::string(session) +
-                                            ": taken by another version of measure (\"" +
-                                            notes->surface + "\"): use vergence reconstruct");
+    wrong = read_noted(session, &line);
+    if (!wrong.empty()) {
+        return refuse(CLIENT_BAD_INPUT, wrong);
     }
     known_size known;
     adjust_target target{};

@@ -68,7 +68,8 @@ int command_info(int argc, char **argv);
 
 /// `vergence measure`: the surface of a session that an instrument's `measure` took, by
 /// `vergence reconstruct`, which is passed. `target`: a thing of known size in the pictures, as in
-/// struct reconstruct_adjust_scene; NULL: none.
+/// struct reconstruct_adjust_scene; NULL: none. Without it only checks the options: then
+/// OPTIONS_CONTINUE, if they are right.
 struct adjust_target;
 int command_measure(int argc, char **argv,
                     int (*reconstruct)(int argc, char **argv, const adjust_target *target));
