@@ -270,6 +270,12 @@ static int export_session(struct run *self) {
         return error;
     }
     self->failed_here = true;
+    if (session_pairs_here(self->arguments.out)) {
+        return message_set(&self->message, ERROR_BUFFER,
+                           "%s: is a session, which pictures do not belong into (name another "
+                           "directory)",
+                           self->arguments.out);
+    }
     error = atomic_dir_begin(&self->out, self->arguments.out, self->files,
                              (int)self->count * RIG_SIDES, &self->message);
     if (error != ERROR_OK) {

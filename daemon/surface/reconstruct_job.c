@@ -14,6 +14,7 @@
 #include "daemon/base/process.h"
 #include "daemon/base/workers.h"
 #include "daemon/session/calibration_match.h"
+#include "daemon/session/session_pairs.h"
 #include "daemon/surface/reconstruct_doubts.h"
 #include "daemon/surface/reconstruct_pictures.h"
 #include "daemon/surface/reconstruct_space.h"
@@ -457,6 +458,12 @@ static int finish_debug(struct reconstruct_job *job, int error) {
 static int begin_directory(struct reconstruct_job *job) {
     const char *names[RESULT_FORMATS];
     const int count = list_names(job, false, names);
+    if (session_pairs_here(job->request->out_path)) {
+        return message_set(&job->message, ERROR_BUFFER,
+                           "%s: is a session, which results do not belong into (name another "
+                           "directory)",
+                           job->request->out_path);
+    }
     const int error =
         atomic_dir_begin(&job->directory, job->request->out_path, names, count, &job->message);
     // Failing to write is a failure, not bad input.

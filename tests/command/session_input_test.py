@@ -211,10 +211,19 @@ class Reconstruct(Reconstructing):
         about, = json.loads(run("info", RECORDED / "cylinder_1x", "--json").stdout)
         self.assertIsNone(about["measured"])
         # A later measurement in the same recording counts; what no instrument writes is not obeyed.
-        for words in ("pair=1 out=elsewhere", "pair=1 debug=elsewhere", "depth=3"):
+        for words in ("pair=1 out=elsewhere", "pair=1 debug=elsewhere", "depth=3", "pair=one", "pair=0",
+                      "near=2000 far=1000", "scale=nan", "pair", "fill=maybe"):
             add_notes(session, "# measure fit=1", f"# measure surface {words}")
             measure(code=3, words=["another version", words])
             self.assertFalse((self.directory / "elsewhere").exists())
+        # Nothing is written into a session.
+        add_notes(session, "# measure fit=1", "# measure surface pair=1")
+        before = sorted(os.listdir(session))
+        for command in ("measure", "reconstruct", "export"):
+            done = run(command, session, "--out", session, cwd=self.directory)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+            self.assertIn("is a session", done.stderr)
+        self.assertEqual(sorted(os.listdir(session)), before)
 
     def test_a_session_that_was_cut_off_reports_so(self):
         session = Session(self.directory / "session")
