@@ -121,7 +121,11 @@ static int run_surface(struct measuring *self, const struct surface_run *prepare
     *self->run = *prepared;
     snprintf(self->run->session, sizeof self->run->session, "%s", self->session);
     const int error = surface_run_beside(self->run, self->call);
-    snprintf(self->why, sizeof self->why, "%s", self->run->message);
+    if (error == ERROR_NO_SURFACE) {
+        measure_report_no_surface(&self->run->job.context, self->why, sizeof self->why);
+    } else {
+        snprintf(self->why, sizeof self->why, "%s", self->run->message);
+    }
     self->report.computing_seconds += (double)(monotonic_now_us() - begin_us) / us_per_s;
     return error;
 }
@@ -143,8 +147,16 @@ static void look(struct measuring *self) {
     if (!measure_look_at(&self->run->job.context, self->run->source.pair.pair.frame, &self->machine,
                          &self->step, &self->place, &self->event)) {
         self->event.error = ERROR_NO_SURFACE;
-        snprintf(self->why, sizeof self->why, "the coarse surface has nothing there");
+        measure_report_no_subject(&self->machine.request, self->why, sizeof self->why);
     }
+}
+
+// A job of the disk writer: it takes as long as a stage of the reconstruction.
+static void report_surface(void *cookie) {
+    struct measuring *self = cookie;
+    const struct reconstruct_context *context = &self->run->job.context;
+    const struct measure_depths depths = measure_look_depths(context, &self->machine, &self->place);
+    measure_report_surface(&self->report, context, &depths, &self->event);
 }
 
 static void surface(struct measuring *self) {
@@ -170,8 +182,8 @@ static void surface(struct measuring *self) {
     measure_request_print_surface(&prepared->request, note);
     (void)commands_session_note(self->call, self->session, note);
     free(prepared);
+    disk_writer_run(&daemon_of(self->call)->disk_writer, report_surface, self);
     const struct reconstruct_context *context = &self->run->job.context;
-    measure_report_surface(&self->report, context, &self->event);
     commands_zoom_expect(self->call, self->zoom, &self->machine, &self->event);
     snprintf(self->report.result, sizeof self->report.result, "%s", self->run->result);
     if (context->self_calibrated) {
@@ -302,21 +314,11 @@ static int load_calibration(struct measuring *self, const struct measure_request
     return ERROR_OK;
 }
 
-// Reports why there is no surface, and what can be done with the pairs.
 static int fail(const struct measuring *self) {
     const struct measure_result *result = &self->machine.result;
-    const unsigned pairs = self->report.captures;
-    char pairs_left[256] = "";
-    if (pairs > 0) {
-        snprintf(pairs_left, sizeof pairs_left, "; %.60s has %u pair%s (\"reconstruct %.60s\")",
-                 self->session, pairs, pairs > 1 ? "s" : "", self->session);
-    }
-    return command_fail(self->call, result->error, "measure: %s: %.600s%s",
-                        measure_phase_text(result->phase),
-                        result->error == ERROR_CANCELLED ? "cancelled"
-                        : self->why[0] != '\0'           ? self->why
-                                                         : error_text(result->error),
-                        pairs_left);
+    char text[MESSAGE_BYTES];
+    measure_report_failure(&self->report, result, self->session, self->why, text, sizeof text);
+    return command_fail(self->call, result->error, "measure: %s", text);
 }
 
 static int conclude(struct measuring *self, const struct measure_request *request) {

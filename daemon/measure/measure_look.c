@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "core/math.h"
+#include "measure/measure_tuning.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/zoom/adjust_expect.h"
 
@@ -69,8 +70,9 @@ void measure_look_prepare(const struct measure_step *step, const struct pair_fra
                           struct reconstruct_request *request) {
     *request = reconstruct_request_defaults();
     request->scale = math_min(1, width_px / frames[RIG_LEFT].image.width_px);
-    request->depth_mm[0] = step->near_mm > 0 ? step->near_mm : nearest_mm;
-    request->depth_mm[1] = step->far_mm > 0 ? step->far_mm : (double)INFINITY;
+    // A small subject alone has too few pixels to count as a surface: what is behind it, too.
+    request->depth_mm[0] = step->near_mm > 0 ? math_min(step->near_mm, nearest_mm) : nearest_mm;
+    request->depth_mm[1] = (double)INFINITY;
     (void)reconstruct_request_check_search(request);  // they are in order
 }
 
@@ -89,15 +91,24 @@ static void set_width(struct look *self, const struct measure_request *request,
     }
 }
 
+// The ray at the place that the request asks for, else through the middle.
+static bool find_ray(const struct reconstruct_context *context, const struct measure *machine,
+                     const struct zoom_state *axes, const struct measure_place *place,
+                     struct measure_ray *ray) {
+    if (machine->request.has_place) {
+        return measure_place_ray(place, machine->instrument.calibration, axes, ray);
+    }
+    *ray = ray_of_middle(context->calibration);
+    return true;
+}
+
 bool measure_look_at(const struct reconstruct_context *context, const struct pair_frame frames[2],
                      const struct measure *machine, const struct measure_step *step,
                      const struct measure_place *place, struct measure_event *event) {
     const struct reconstruct_result *result = context->result;
     const struct zoom_calibration *calibration = machine->instrument.calibration;
     struct look look = {.width_mm = 0};
-    if (!machine->request.has_place) {
-        look.ray = ray_of_middle(context->calibration);
-    } else if (!measure_place_ray(place, calibration, &machine->axes, &look.ray)) {
+    if (!find_ray(context, machine, &machine->axes, place, &look.ray)) {
         return false;
     }
     set_width(&look, &machine->request, calibration, &frames[RIG_LEFT]);
@@ -127,4 +138,29 @@ bool measure_look_at(const struct reconstruct_context *context, const struct pai
     event->subject.far_mm = subject.far_um / um_per_mm;
     event->subject.width_mm = subject.width_um / um_per_mm;
     return project_right(context, &frames[RIG_RIGHT].window, left_mm, event->subject.right_px);
+}
+
+struct measure_depths measure_look_depths(const struct reconstruct_context *context,
+                                          const struct measure *machine,
+                                          const struct measure_place *place) {
+    struct measure_depths depths = {0, INT32_MAX};
+    const bool known = machine->near_mm > 0 && machine->far_mm > 0;
+    if (known) {
+        depths = (struct measure_depths){to_um(machine->near_mm), to_um(machine->far_mm)};
+    }
+    struct measure_subject_request request = {
+        .near_um = to_um(machine->request.near_mm),
+        .far_um = to_um(machine->request.far_mm),
+    };
+    struct measure_subject subject;
+    if (!find_ray(context, machine, &machine->pair_axes, place, &request.ray) ||
+        !measure_share_find(context->result, &request, &subject)) {
+        return depths;
+    }
+    // Each pair has an error that all of its depths share.
+    const int32_t margin_um = to_um(MEASURE_SEARCH_MARGIN * machine->distance_mm);
+    const int32_t middle_um = subject.middle_um[2];
+    const bool other =
+        middle_um < depths.near_um - margin_um || (known && middle_um > depths.far_um + margin_um);
+    return other ? depths : (struct measure_depths){subject.near_um, subject.far_um};
 }

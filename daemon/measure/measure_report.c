@@ -7,6 +7,8 @@
 #include "console/measure_text.h"
 #include "core/error.h"
 #include "daemon/measure/measure_request.h"
+#include "daemon/surface/reconstruct_pictures.h"
+#include "measure/measure_tuning.h"
 
 enum { SENTENCE_BYTES = 1024, KEY_BYTES = 40 };
 
@@ -35,38 +37,73 @@ void measure_report_pair(struct measure_report *self, enum measure_phase phase,
     }
 }
 
-static void look_at_middle(const struct image_u8 *reasons, struct measure_event *event) {
-    uint32_t seen = 0, measured = 0;
-    for (int y = reasons->height / 4; y < reasons->height - reasons->height / 4; y++) {
-        const uint8_t *row = reasons->data + y * reasons->stride;
-        for (int x = reasons->width / 4; x < reasons->width - reasons->width / 4; x++) {
-            measured += row[x] == REASON_VALID;
-            seen +=
-                row[x] != REASON_BORDER && row[x] != REASON_OUT_OF_RANGE && row[x] != REASON_BEYOND;
-        }
-    }
-    event->surface.share = seen > 0 ? (double)measured / seen : 0;
-}
-
 void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
-                            struct measure_event *event) {
+                            const struct measure_depths *depths, struct measure_event *event) {
     const struct reconstruct_result *result = context->result;
-    struct result_figures_quantiles spread = {{0}, {0}};
+    struct measure_share share;
     self->points = result_figures_measured_count(result);
     for (int reason = 0; reason < REASON_COUNT; reason++) {
         self->reason_count[reason] = result->reason_count[reason];
     }
-    if (result->vertex_count > 0) {
-        (void)reconstruct_context_spread(context, &spread);  // zeros: out of memory
+    if (!measure_share_of(result, depths, &share) || share.measured == 0) {
+        share.spread = context->spread;  // the subject is not there: what is, then
     }
-    memcpy(self->depth_mm, spread.depth_mm, sizeof self->depth_mm);
-    event->surface.depth_mm = spread.depth_mm[1];
-    event->surface.sigma_mm = spread.sigma_mm[1];
+    memcpy(self->depth_mm, share.spread.depth_mm, sizeof self->depth_mm);
+    event->surface.depth_mm = share.spread.depth_mm[1];
+    event->surface.sigma_mm = share.spread.sigma_mm[1];
     event->surface.common_mm = context->depth_sigma_common_mm;
-    look_at_middle(&result->match.reason, event);
+    if (context->spread.depth_mm[1] > 0) {
+        const double nearer = event->surface.depth_mm / context->spread.depth_mm[1];
+        event->surface.common_mm *= nearer * nearer;
+    }
+    const double pixels = (double)share.measured + share.missed;
+    event->surface.share = pixels > 0 ? share.measured / pixels : 0;
+    event->surface.hole = event->surface.share < MEASURE_SHARE_WHOLE && share.hole != REASON_VALID
+                              ? reason_text(share.hole)
+                              : NULL;
     event->surface.with_used = context->with_pair_used;
     event->misfit =
         context->self_calibrated && context->self_calibration.health == ADJUST_CALIBRATE;
+}
+
+void measure_report_no_surface(const struct reconstruct_context *context, char *text, size_t size) {
+    const uint32_t *count = context->result->reason_count;
+    struct message cause;
+    if (reconstruct_pictures_explain(context, &cause)) {
+        snprintf(text, size, "%s", cause.text);
+        return;
+    }
+    const uint32_t unmatched =
+        count[REASON_OCCLUDED] + count[REASON_NO_TEXTURE] + count[REASON_AMBIGUOUS];
+    snprintf(text, size, "%s",
+             count[REASON_OUT_OF_RANGE] > unmatched
+                 ? "nothing within the depths searched (state near and far)"
+                 : "no texture in view: what is blank, transparent or a mirror has none");
+}
+
+void measure_report_no_subject(const struct measure_request *request, char *text, size_t size) {
+    const int length = snprintf(text, size, "nothing with texture %s",
+                                request->has_place ? "at that place" : "in the middle of the view");
+    if (request->far_mm > 0 && length > 0 && (size_t)length < size) {
+        snprintf(text + length, size - (size_t)length, ", from %.0f to %.0f mm", request->near_mm,
+                 request->far_mm);
+    }
+}
+
+void measure_report_failure(const struct measure_report *self, const struct measure_result *result,
+                            const char *session, const char *why, char *text, size_t size) {
+    const bool advised = result->advice != MEASURE_ADVICE_NOTHING;
+    char pairs_left[256] = "";
+    if (self->captures > 0) {
+        snprintf(pairs_left, sizeof pairs_left, "; %.60s has %u pair%s (\"reconstruct %.60s\")",
+                 session, self->captures, self->captures > 1 ? "s" : "", session);
+    }
+    snprintf(text, size, "%s: %s%.600s%s%s%s", measure_phase_text(result->phase),
+             result->error == ERROR_NO_SURFACE ? "no surface: " : "",
+             result->error == ERROR_CANCELLED ? "cancelled"
+             : why[0] != '\0'                 ? why
+                                              : error_text(result->error),
+             advised ? ": " : "", advised ? measure_advice_text(result->advice) : "", pairs_left);
 }
 
 // ---- the answer

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "console/command.h"
+#include "daemon/measure/measure_share.h"
 #include "daemon/surface/result/reconstruct_context.h"
 #include "measure/measure.h"
 #include "rig/pair_frame.h"
@@ -35,7 +36,7 @@ struct measure_report {
     // Of the surface:
     char result[300];  ///< its directory; "": there is none
     uint32_t points, reason_count[REASON_COUNT];
-    double depth_mm[RESULT_FIGURES_QUANTILES];  ///< 1 %, 50 %, 99 %
+    double depth_mm[RESULT_FIGURES_QUANTILES];  ///< of the subject: 1 %, 50 %, 99 %
     double scale;                               ///< of the pictures that it was computed from
 };
 
@@ -47,10 +48,20 @@ struct measure_report_step *measure_report_add(struct measure_report *self,
 void measure_report_pair(struct measure_report *self, enum measure_phase phase,
                          const struct pair_frame *left, double f_number);
 
-/// Takes over a surface: here and into the event. Its share is of the pixels in the middle of the
-/// view, half of its width and height, that both cameras see within the depths searched.
+/// Takes over a surface: here and into the event, whose figures are of the subject, at these
+/// depths. Takes about as long as a stage of the reconstruction.
 void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
-                            struct measure_event *event);
+                            const struct measure_depths *depths, struct measure_event *event);
+
+/// Why a pair has no surface, and what to do if that is known.
+void measure_report_no_surface(const struct reconstruct_context *context, char *text, size_t size);
+
+/// That a surface does not show the subject.
+void measure_report_no_subject(const struct measure_request *request, char *text, size_t size);
+
+/// Why there is no surface (`why`, "": the error alone says it), and what can be done: in one line.
+void measure_report_failure(const struct measure_report *self, const struct measure_result *result,
+                            const char *session, const char *why, char *text, size_t size);
 
 /// Adds the steps of a plan and what it expects to an answer.
 void measure_report_put_plan(const struct measure_report *self, const struct command_call *call,

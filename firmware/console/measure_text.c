@@ -71,6 +71,17 @@ static void add_losses(struct command_text *text, uint32_t losses) {
     }
 }
 
+// "no texture: nothing to match" as "no texture".
+static void add_hole(struct command_text *text, const char *why) {
+    if (why != NULL) {
+        command_text_add(text, ", holes mostly by: ");
+        for (; *why != '\0' && *why != ':'; why++) {
+            const char letter[2] = {*why, '\0'};
+            command_text_add(text, letter);
+        }
+    }
+}
+
 void measure_text_add_result(struct command_text *text, const struct measure_result *result) {
     if (result->error != ERROR_OK) {
         command_text_join(text, "no surface: ", measure_phase_text(result->phase), ": ",
@@ -84,9 +95,10 @@ void measure_text_add_result(struct command_text *text, const struct measure_res
             command_text_add(text, " mm, all depths together to ");
             add_figure(text, result->common_mm);
         }
-        command_text_add(text, " mm, of ");
+        command_text_add(text, " mm; ");
         add_figure(text, 100 * result->share);
-        command_text_add(text, " % of the middle of the view");
+        command_text_add(text, " % of the subject measured");
+        add_hole(text, result->hole);
     }
     add_losses(text, result->losses);
     if (result->advice != MEASURE_ADVICE_NOTHING) {

@@ -156,6 +156,13 @@ static enum measure_outcome take_wide_pair(struct measure *self,
     return MEASURE_DONE;
 }
 
+// Texture does not show in the dark.
+static enum measure_advice advice_without_surface(const struct measure *self) {
+    return self->light_exposure_us > 0 && self->light_reached < MEASURE_DARK_REACHED
+               ? MEASURE_ADVICE_LIGHT
+               : MEASURE_ADVICE_TEXTURE;
+}
+
 static enum measure_outcome take_wide_surface(struct measure *self,
                                               const struct measure_event *event) {
     if (take_subject(self, event)) {
@@ -171,7 +178,7 @@ static enum measure_outcome take_wide_surface(struct measure *self,
     self->distance_mm = self->near_mm > 0 ? stated_mm : self->distance_mm;
     if (self->distance_mm == 0) {
         self->result.advice = event->error == ERROR_OK || event->error == ERROR_NO_SURFACE
-                                  ? MEASURE_ADVICE_TEXTURE
+                                  ? advice_without_surface(self)
                                   : MEASURE_ADVICE_NOTHING;
         return self->request.wish == MEASURE_WISH_ZOOM ? MEASURE_DONE : MEASURE_FAILED;
     }
@@ -302,8 +309,8 @@ static enum measure_outcome take_surface(struct measure *self, const struct meas
             return MEASURE_REPEAT;
         }
         // Texture does not help against a full disk.
-        result->advice =
-            event->error == ERROR_NO_SURFACE ? advice_for(self) : MEASURE_ADVICE_NOTHING;
+        result->advice = event->error == ERROR_NO_SURFACE ? advice_without_surface(self)
+                                                          : MEASURE_ADVICE_NOTHING;
         return MEASURE_FAILED;
     }
     if (result->with_pair != 0 && !event->surface.with_used) {
@@ -318,6 +325,7 @@ static enum measure_outcome take_surface(struct measure *self, const struct meas
     result->sigma_mm = event->surface.sigma_mm;
     result->common_mm = event->surface.common_mm;
     result->share = event->surface.share;
+    result->hole = event->surface.hole;
     advise(self, event);
     return MEASURE_DONE;
 }

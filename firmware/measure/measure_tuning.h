@@ -89,8 +89,10 @@ enum { MEASURE_MOVED_TRIES = 1 };
 #define MEASURE_MOSAIC_SCALE 0.5
 
 /// An error that all points share and that is so many times theirs is worth a board; below this
-/// share of the pixels texture is what is missing.
+/// share of the subject texture is what is missing.
 #define MEASURE_COMMON_FACTOR 3.0
-#define MEASURE_SHARE_MIN 0.5
+#define MEASURE_SHARE_MIN 0.8
+/// Share of the subject from which on its holes are few, and their reason is not stated.
+#define MEASURE_SHARE_WHOLE 0.97
 
 #endif

@@ -211,7 +211,8 @@ struct measure_event {
         double depth_mm;   ///< median
         double sigma_mm;   ///< median of the points
         double common_mm;  ///< that all points share; < 0: not known
-        double share;      ///< of the pixels in the middle, 0 .. 1
+        double share;      ///< of the subject that has points, 0 .. 1
+        const char *hole;  ///< why most of the rest has none; NULL: there is little. Static storage
         /// `common_mm` as expected with a pair at another zoom, or with a board in view
         /// (zoom_expect_at); <= 0: not known.
         double other_mm, board_mm;
@@ -246,6 +247,7 @@ struct measure_result {
     uint32_t pair, with_pair;  ///< numbers of those that were taken; 0: none
     double distance_mm;        ///< of the subject; of the surface if that is not known
     double sigma_mm, common_mm, share, depth_mm;  ///< of the surface; common < 0: not known
+    const char *hole;                             ///< as the event's
     double density_per_mm2, width_mm;             ///< by the positions read; 0: not known
     double sharp_near_mm, sharp_far_mm;           ///< 0 0: not known
     enum measure_advice advice;

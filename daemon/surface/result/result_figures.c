@@ -99,6 +99,7 @@ enum { DEPTH, SIGMA, VALUES };
 
 struct spread {
     const struct reconstruct_result *result;
+    int32_t near_um, far_um;  ///< of the points that count
     struct quantiles quantiles[VALUES];
     int shift;  ///< position of the digit to be counted, in bits
 };
@@ -106,7 +107,9 @@ struct spread {
 static void count_digits(void *cookie, const struct surface_part *part) {
     struct spread *self = cookie;
     for (uint32_t i = 0; i < VALUES * part->vertex_count; i++) {
-        if (result_figures_is_filled(self->result, part->vertex_pixel[i / VALUES])) {
+        const int32_t z_um = part->points[i / VALUES].z_um;
+        if (z_um < self->near_um || z_um > self->far_um ||
+            result_figures_is_filled(self->result, part->vertex_pixel[i / VALUES])) {
             continue;
         }
         struct quantiles *quantiles = &self->quantiles[i % VALUES];
@@ -137,15 +140,23 @@ static void start(struct quantiles *self, point_value *value_of, const int *perc
 
 bool result_figures_spread(const struct reconstruct_result *result,
                            struct result_figures_quantiles *spread) {
+    return result_figures_spread_within(result, INT32_MIN, INT32_MAX,
+                                        result_figures_measured_count(result), spread);
+}
+
+bool result_figures_spread_within(const struct reconstruct_result *result, int32_t near_um,
+                                  int32_t far_um, uint32_t points,
+                                  struct result_figures_quantiles *spread) {
     static const int depth_percent[RESULT_FIGURES_QUANTILES] = {1, 50, 99};
     static const int sigma_percent[RESULT_FIGURES_QUANTILES] = {5, 50, 95};
-    const uint32_t points = result_figures_measured_count(result);
     INVARIANT(points > 0);
     struct spread *self = calloc(1, sizeof *self);
     if (self == NULL) {
         return false;
     }
     self->result = result;
+    self->near_um = near_um;
+    self->far_um = far_um;
     start(&self->quantiles[DEPTH], depth_of, depth_percent, points);
     start(&self->quantiles[SIGMA], sigma_of, sigma_percent, points);
     for (self->shift = FIRST_SHIFT; self->shift >= 0; self->shift -= DIGIT_BITS) {

@@ -39,6 +39,12 @@ struct result_figures_quantiles {
 bool result_figures_spread(const struct reconstruct_result *result,
                            struct result_figures_quantiles *spread);
 
+/// The same of the measured points with depths from near_um to far_um, inclusive, of which there
+/// are `points`, at least one.
+bool result_figures_spread_within(const struct reconstruct_result *result, int32_t near_um,
+                                  int32_t far_um, uint32_t points,
+                                  struct result_figures_quantiles *spread);
+
 /// Why the rows of the rectified images do not correspond as they do with a matching calibration:
 /// by the median, or by a trend over the image, whose 95th percentile shows what the median hides.
 /// NULL: they correspond, or were not measured. Static storage.

@@ -29,6 +29,12 @@ TEST_CASE("a subject that the wide view does not show is measured by its focus, 
     const measure_result nothing = run(blank, wish(MEASURE_WISH_FIT, 300), whole_rig());
     CHECK(nothing.error == ERROR_NO_SURFACE);
     CHECK(nothing.advice == MEASURE_ADVICE_TEXTURE);
+    // Texture does not show in the dark.
+    World dark(7);
+    dark.surface_shows = false;
+    dark.light = 0.01;
+    dark.meddle = blank.meddle;
+    CHECK(run(dark, wish(MEASURE_WISH_FIT, 300), whole_rig()).advice == MEASURE_ADVICE_LIGHT);
 }
 
 TEST_CASE("texture is asked for only where the scene showed no surface") {

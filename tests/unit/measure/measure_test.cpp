@@ -264,14 +264,17 @@ TEST_CASE("steps and results in words") {
     command_text text = command_text_begin(bytes, sizeof bytes);
     measure_text_add_result(&text, &result);
     CHECK(std::string(bytes) ==
-          "points good to 1 mm at 1800 mm, all depths together to 1.5 mm, of 90 % of the middle of "
-          "the view");
+          "points good to 1 mm at 1800 mm, all depths together to 1.5 mm; 90 % of the subject "
+          "measured");
+    result.hole = "no texture: nothing to match";
     result.advice = MEASURE_ADVICE_BOARD;
     result.common_mm = 3.1;
     result.advised_mm = 0.8;
     text = command_text_begin(bytes, sizeof bytes);
     measure_text_add_result(&text, &result);
     CHECK(std::string(bytes).find("into the view: 3.1 -> 0.8 mm") != std::string::npos);
+    CHECK(std::string(bytes).find("measured, holes mostly by: no texture; better") !=
+          std::string::npos);
     for (int why = 0; why < MEASURE_WHYS; why++) {
         const std::string template_text = measure_why_text(static_cast<measure_why>(why));
         CHECK(std::count(template_text.begin(), template_text.end(), '#') <= MEASURE_NUMBERS);

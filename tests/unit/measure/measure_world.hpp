@@ -78,6 +78,7 @@ class World {
                          1,
                          step.with_pair != 0 ? 1.5 : 20,
                          0.9,
+                         nullptr,
                          other_mm,
                          0.8};
         look(step, event);
