@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns both cameras to a point by the saved calibration of all zooms.
+// Turns both cameras to a point, and finds the line of sight of a pixel, by the saved calibration
+// of all zooms.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,10 +8,50 @@
 
 #include "core/math.h"
 #include "daemon/commands/commands.h"
+#include "daemon/measure/measure_rig.h"
 #include "daemon/session/calibration_at.h"
+#include "measure/measure_place.h"
 #include "stereo/zoom/zoom_aim.h"
 
 enum { DISTANCE, RIGHT, ARGUMENTS };
+
+int commands_view_ray(const struct command_call *call, const struct zoom_calibration *zoom,
+                      const struct measure_request *request, struct measure_place *place) {
+    const int *place_px = request->place_px;
+    if (!request->has_place) {
+        return ERROR_OK;
+    }
+    const struct daemon_view *view = &daemon_of(call)->view;
+    const struct daemon_axes axes = daemon_axes_of(call->rig);
+    struct zoom_state state;
+    measure_rig_axes(&view->now, &state);
+    if (!view->taken || call->rig->state != RIG_READY ||
+        memcmp(&axes, &view->axes, sizeof axes) != 0) {
+        return command_fail(call, ERROR_MISSING,
+                            "measure: at needs a view, and %s (\"view\" first)",
+                            view->taken ? "the cameras have moved since" : "none was taken");
+    }
+    for (int i = 0; i < RIG_SIDES; i++) {
+        const struct zoom_camera_state *axes_of_side = &state.side[i];
+        if (!isfinite(axes_of_side->pan_rad + axes_of_side->zoom_counts +
+                      axes_of_side->focus_counts)) {
+            return command_fail(call, ERROR_MISSING,
+                                "measure: at needs motors that were set (\"aim distance=2000\", "
+                                "\"zoom 1x\", then \"view\")");
+        }
+    }
+    const int side = place_px[0] >= view->width_px;
+    const int in_half_px[2] = {place_px[0] - side * view->width_px, place_px[1]};
+    if (in_half_px[0] >= view->width_px || in_half_px[1] >= view->height_px) {
+        return command_fail(call, ERROR_RANGE, "measure: at %d,%d is outside the view (%d x %d px)",
+                            place_px[0], place_px[1], 2 * view->width_px, view->height_px);
+    }
+    const double pixel_px[2] = {view->column_px[side] + (in_half_px[0] + 0.5) * view->step_px - 0.5,
+                                view->row_px[side] + (in_half_px[1] + 0.5) * view->step_px - 0.5};
+    return measure_place_of(zoom, &state, side, pixel_px, place)
+               ? ERROR_OK
+               : command_fail(call, ERROR_RANGE, "measure: the lens has no ray for that pixel");
+}
 
 /// The state with the zooms as last read, in the middle of the range if they were not.
 static struct zoom_state state_of(const struct rig *rig, const struct zoom_calibration *zoom) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One picture of both cameras side by side, to aim, focus and expose by; and one picture after the
 // other for a program that shows them live.
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,10 +11,8 @@
 #include "daemon/commands/space_check.h"
 #include "daemon/images/picture.h"
 #include "daemon/images/picture_marks.h"
-#include "daemon/measure/measure_rig.h"
 #include "daemon/session/capture.h"
 #include "daemon/surface/reconstruct_session.h"
-#include "measure/measure_place.h"
 
 /// One call, and its job for the disk writer.
 struct view {
@@ -50,24 +47,15 @@ static int shrink_of(const struct view *self) {
     return self->side_px == 0 ? 1 : (side_px + self->side_px - 1) / self->side_px;
 }
 
-/// Develops both frames side by side, with the white balance of the left one, and marks them.
-static int develop(struct view *self, int shrink) {
-    const struct develop_balance balance = develop_balance_of(&self->look[RIG_LEFT].frame.image);
+static void mark(struct view *self, int shrink) {
+    picture_marks_palette(self->palette);
+    self->picture.palette = self->palette;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        const struct raw_image *image = &self->look[side].frame.image;
-        struct picture half = self->picture;
-        half.width_px /= RIG_SIDES;
-        half.pixels += (size_t)side * (size_t)half.width_px * (size_t)half.channels;
-        const int error = picture_develop(image, &balance, shrink, &half);
-        if (error != ERROR_OK) {
-            return error;
-        }
-        if (self->marked) {
-            const struct focus_noise noise = noise_of(self, side);
-            picture_mark(image, &noise, self->look[side].skip, shrink, &half, &self->marks[side]);
-        }
+        const struct focus_noise noise = noise_of(self, side);
+        struct picture half = picture_half(&self->picture, side);
+        picture_mark(&self->look[side].frame.image, &noise, self->look[side].skip, shrink, &half,
+                     &self->marks[side]);
     }
-    return ERROR_OK;
 }
 
 static int write_png(struct view *self) {
@@ -84,25 +72,19 @@ static int write_png(struct view *self) {
 /// On the disk writer's thread: this may take seconds, in which the bridge's watchdog must be fed.
 static void make_picture(void *cookie) {
     struct view *self = cookie;
-    const struct raw_image *left = &self->look[RIG_LEFT].frame.image;
-    struct picture *picture = &self->picture;
     const int shrink = shrink_of(self);
-    picture->channels = self->colour && left->layout != RAW_GREY ? 3 : 1;
-    picture->width_px = RIG_SIDES * (left->width_px / shrink);
-    picture->height_px = left->height_px / shrink;
-    picture->row_bytes = (size_t)picture->width_px * (size_t)picture->channels;
-    picture->pixels = malloc(picture->row_bytes * (size_t)picture->height_px);
-    if (self->marked) {
-        picture_marks_palette(self->palette);
-        picture->palette = self->palette;
+    self->error =
+        picture_develop_pair(&self->look[RIG_LEFT].frame.image, &self->look[RIG_RIGHT].frame.image,
+                             shrink, self->colour, &self->picture);
+    if (self->error == ERROR_OK && self->marked) {
+        mark(self, shrink);
     }
-    self->error = picture->pixels != NULL ? develop(self, shrink) : ERROR_MEMORY;
     if (!self->streams && self->error == ERROR_OK) {
         self->error = write_png(self);
     }
     if (!self->streams || self->error != ERROR_OK) {
-        free(picture->pixels);
-        picture->pixels = NULL;
+        free(self->picture.pixels);
+        self->picture.pixels = NULL;
     }
 }
 
@@ -177,44 +159,6 @@ static void keep(const struct view *self) {
     commands_calibration_now(self->call, &kept->now);
 }
 
-int commands_view_ray(const struct command_call *call, const struct zoom_calibration *zoom,
-                      const struct measure_request *request, struct measure_place *place) {
-    const int *place_px = request->place_px;
-    if (!request->has_place) {
-        return ERROR_OK;
-    }
-    const struct daemon_view *view = &daemon_of(call)->view;
-    const struct daemon_axes axes = daemon_axes_of(call->rig);
-    struct zoom_state state;
-    measure_rig_axes(&view->now, &state);
-    if (!view->taken || call->rig->state != RIG_READY ||
-        memcmp(&axes, &view->axes, sizeof axes) != 0) {
-        return command_fail(call, ERROR_MISSING,
-                            "measure: at needs a view, and %s (\"view\" first)",
-                            view->taken ? "the cameras have moved since" : "none was taken");
-    }
-    for (int i = 0; i < RIG_SIDES; i++) {
-        const struct zoom_camera_state *axes_of_side = &state.side[i];
-        if (!isfinite(axes_of_side->pan_rad + axes_of_side->zoom_counts +
-                      axes_of_side->focus_counts)) {
-            return command_fail(call, ERROR_MISSING,
-                                "measure: at needs motors that were set (\"aim distance=2000\", "
-                                "\"zoom 1x\", then \"view\")");
-        }
-    }
-    const int side = place_px[0] >= view->width_px;
-    const int in_half_px[2] = {place_px[0] - side * view->width_px, place_px[1]};
-    if (in_half_px[0] >= view->width_px || in_half_px[1] >= view->height_px) {
-        return command_fail(call, ERROR_RANGE, "measure: at %d,%d is outside the view (%d x %d px)",
-                            place_px[0], place_px[1], 2 * view->width_px, view->height_px);
-    }
-    const double pixel_px[2] = {view->column_px[side] + (in_half_px[0] + 0.5) * view->step_px - 0.5,
-                                view->row_px[side] + (in_half_px[1] + 0.5) * view->step_px - 0.5};
-    return measure_place_of(zoom, &state, side, pixel_px, place)
-               ? ERROR_OK
-               : command_fail(call, ERROR_RANGE, "measure: the lens has no ray for that pixel");
-}
-
 static int run_view(const struct command_call *call) {
     static struct view view;  // one thread has the rig
     const int unavailable = files_need_directory(call);
@@ -252,7 +196,6 @@ static bool fit_lens(const struct view *self, unsigned side, struct lens *lens) 
     const struct pair_look_frame *look = &self->look[side];
     const struct raw_image *image = &look->frame.image;
     const struct rig *rig = self->call->rig;
-    const int shrink = shrink_of(self);
     struct pair_window window = {look->column_px, look->row_px, look->skip};
     if (lens->width_px == rig->format.width_px && lens->height_px == rig->format.height_px) {
         const struct mt9t001_window *now = &rig->camera[side].sensor.window;
@@ -266,12 +209,7 @@ static bool fit_lens(const struct view *self, unsigned side, struct lens *lens) 
         return false;
     }
     *lens = reconstruct_session_cut(lens, &window, image->width_px, image->height_px);
-    lens->width_px /= shrink;
-    lens->height_px /= shrink;
-    lens->fx_px /= shrink;
-    lens->fy_px /= shrink;
-    lens->cx_px = (lens->cx_px + 0.5) / shrink - 0.5;
-    lens->cy_px = (lens->cy_px + 0.5) / shrink - 0.5;
+    *lens = reconstruct_session_shrink(lens, shrink_of(self));
     return true;
 }
 

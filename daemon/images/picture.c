@@ -2,7 +2,6 @@
 #include "daemon/images/picture.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "core/arena.h"
 #include "core/error.h"
@@ -16,10 +15,6 @@ static void shrink_into(const uint8_t *from, size_t from_row_bytes, int shrink,
     for (int y = 0; y < picture->height_px; y++) {
         uint8_t *out = picture->pixels + (size_t)y * picture->row_bytes;
         const uint8_t *top = from + (size_t)y * (size_t)shrink * from_row_bytes;
-        if (shrink == 1) {
-            memcpy(out, top, (size_t)picture->width_px * channels);
-            continue;
-        }
         for (size_t i = 0; i < (size_t)picture->width_px * channels; i++) {
             const uint8_t *corner = top + i / channels * (size_t)shrink * channels + i % channels;
             uint32_t sum = area / 2;
@@ -31,6 +26,14 @@ static void shrink_into(const uint8_t *from, size_t from_row_bytes, int shrink,
             out[i] = (uint8_t)(sum / area);
         }
     }
+}
+
+/// What is wanted goes to its place if nothing else is to be done with it.
+static void place(const struct picture *picture, struct image_u8 *grey, struct image_rgb8 *colour) {
+    uint8_t **data = picture->channels == 1 ? &grey->data : &colour->data;
+    ptrdiff_t *stride = picture->channels == 1 ? &grey->stride : &colour->stride;
+    *data = picture->pixels;
+    *stride = (ptrdiff_t)picture->row_bytes;
 }
 
 int picture_develop(const struct raw_image *raw, const struct develop_balance *balance, int shrink,
@@ -51,10 +54,13 @@ int picture_develop(const struct raw_image *raw, const struct develop_balance *b
         struct arena arena;
         struct image_u8 grey_image = {grey, raw->width_px, raw->height_px, raw->width_px};
         struct image_rgb8 colour_image = {colour, raw->width_px, raw->height_px, 3 * raw->width_px};
+        if (shrink == 1) {
+            place(picture, &grey_image, &colour_image);
+        }
         arena_init(&arena, work, need);
         error = develop_image(raw, balance, &parallel_serial, &arena, &grey_image, &colour_image);
     }
-    if (error == ERROR_OK) {
+    if (error == ERROR_OK && shrink > 1) {
         const size_t channels = (size_t)picture->channels;
         shrink_into(channels == 3 ? colour : grey, (size_t)raw->width_px * channels, shrink,
                     picture);
@@ -62,5 +68,34 @@ int picture_develop(const struct raw_image *raw, const struct develop_balance *b
     free(grey);
     free(colour);
     free(work);
+    return error;
+}
+
+struct picture picture_half(const struct picture *picture, unsigned side) {
+    struct picture half = *picture;
+    INVARIANT(side < 2);
+    half.width_px /= 2;
+    half.pixels += side * (size_t)half.width_px * (size_t)half.channels;
+    return half;
+}
+
+int picture_develop_pair(const struct raw_image *left, const struct raw_image *right, int shrink,
+                         bool colour, struct picture *picture) {
+    INVARIANT(left->width_px == right->width_px && left->height_px == right->height_px);
+    const struct develop_balance balance = develop_balance_of(left);
+    *picture = (struct picture){.width_px = 2 * (left->width_px / shrink),
+                                .height_px = left->height_px / shrink,
+                                .channels = colour && left->layout != RAW_GREY ? 3 : 1};
+    picture->row_bytes = (size_t)picture->width_px * (size_t)picture->channels;
+    picture->pixels = malloc(picture->row_bytes * (size_t)picture->height_px);
+    int error = picture->pixels != NULL ? ERROR_OK : ERROR_MEMORY;
+    for (unsigned side = 0; side < 2 && error == ERROR_OK; side++) {
+        struct picture half = picture_half(picture, side);
+        error = picture_develop(side == 0 ? left : right, &balance, shrink, &half);
+    }
+    if (error != ERROR_OK) {
+        free(picture->pixels);
+        picture->pixels = NULL;
+    }
     return error;
 }

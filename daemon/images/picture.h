@@ -32,6 +32,15 @@ struct picture {
 int picture_develop(const struct raw_image *raw, const struct develop_balance *balance, int shrink,
                     struct picture *picture);
 
+/// Develops two images of one size side by side, with the white balance of the left one, into a
+/// picture whose pixels the caller frees: with 3 channels if `colour` and they have any, else 1.
+/// Errors as above, without pixels.
+int picture_develop_pair(const struct raw_image *left, const struct raw_image *right, int shrink,
+                         bool colour, struct picture *picture);
+
+/// The left (`side` 0) or right half of a picture, in its memory.
+struct picture picture_half(const struct picture *picture, unsigned side);
+
 /// Encodes the picture as a PNG file: returns its bytes, which the caller frees, and their number;
 /// NULL if out of memory.
 uint8_t *picture_png(const struct picture *picture, size_t *bytes);

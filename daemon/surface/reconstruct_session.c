@@ -92,6 +92,18 @@ struct lens reconstruct_session_cut(const struct lens *lens, const struct pair_w
     return cut;
 }
 
+struct lens reconstruct_session_shrink(const struct lens *lens, int shrink) {
+    struct lens small = *lens;
+    INVARIANT(shrink >= 1);
+    small.width_px /= shrink;
+    small.height_px /= shrink;
+    small.fx_px /= shrink;
+    small.fy_px /= shrink;
+    small.cx_px = (lens->cx_px + 0.5) / shrink - 0.5;
+    small.cy_px = (lens->cy_px + 0.5) / shrink - 0.5;
+    return small;
+}
+
 static bool is_for(const struct lens *lens, int width_px, int height_px) {
     return lens->width_px == width_px && lens->height_px == height_px;
 }

@@ -65,6 +65,9 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
 struct lens reconstruct_session_cut(const struct lens *lens, const struct pair_window *window,
                                     int width_px, int height_px);
 
+/// The lens of an image reduced by means over `shrink` x `shrink` pixels.
+struct lens reconstruct_session_shrink(const struct lens *lens, int shrink);
+
 #ifdef __cplusplus
 }
 #endif

@@ -63,7 +63,7 @@ class Streaming(DeviceTest):
         self.assertEqual(answer["error"], "RANGE")
         self.assertIn("side=160 colour=no", answer["message"])
 
-    def test_a_client_that_reads_slowly_gets_each_picture_whole_and_stops_nobody(self):
+    def test_a_client_that_reads_slowly_gets_each_picture_whole_and_stops_no_other(self):
         slow, gone = self.client(), self.client()
         slow.send("@json,binary stream\n" * 3)
         gone.send("@json,binary stream\n" * 3)
