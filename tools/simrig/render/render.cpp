@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
+#include <deque>
 #include <optional>
 #include <stdexcept>
 #include <thread>
 
 #include "tools/simrig/render/frame.hpp"
+#include "tools/simrig/render/motion.hpp"
 #include "tools/simrig/render/sampler.hpp"
 #include "tools/simrig/render/sensor.hpp"
 #include "tools/simrig/render/smooth.hpp"
@@ -14,7 +16,6 @@ namespace world {
 namespace {
 
 constexpr int kTile = 8;
-constexpr int kMoments = 16;
 
 // The lens's spot over the field, in steps of the squared radius.
 class Spots {
@@ -67,51 +68,9 @@ struct Job {
     }
 };
 
-double row_start_us(const FrameRequest &request, int row) {
-    return request.start_time_us + row * request.row_time_us;
-}
-
 double middle_us(const FrameRequest &request) {
     return 0.5 * (row_start_us(request, 0) +
                   row_start_us(request, request.window.output_rows() - 1) + request.exposure_us);
-}
-
-bool moves(const FrameRequest &request, int row_begin, int row_end) {
-    const double begin = row_start_us(request, row_begin);
-    const double end = row_start_us(request, row_end - 1) + request.exposure_us;
-    const Mechanics first = request.mechanics(begin);
-    for (int i = 1; i <= 4; i++) {
-        if (!(request.mechanics(begin + (end - begin) * i / 4) == first)) {
-            return true;
-        }
-    }
-    return false;
-}
-
-std::vector<Pose> poses_in(const Scene &scene, const Camera &camera) {
-    std::vector<Pose> poses;
-    for (const auto &object : scene.objects) {
-        poses.push_back(object->object_world * camera.world_camera);
-    }
-    return poses;
-}
-
-// A camera state with what follows from it.
-struct State {
-    Camera camera;
-    Camera colour[3];  // the same in red, green and blue
-    std::vector<Pose> object_camera;
-    std::vector<Candidate> candidates;
-};
-
-State state_at(const Job &job, double time_us) {
-    State state;
-    state.camera = camera_at(job.rig_camera, job.request.mechanics(time_us));
-    for (int channel = 0; channel < 3; channel++) {
-        state.colour[channel] = state.camera.of_colour(channel);
-    }
-    state.object_camera = poses_in(job.scene, state.camera);
-    return state;
 }
 
 // Illuminance on a pixel for a luminance of 1 before the lens: pi T / (4 N^2), with falloff.
@@ -258,33 +217,80 @@ Patch patch_of_block(const Job &job, const Block &b, const View &view, const Sta
     return find_patch(view, views, state.candidates);
 }
 
+// A block as it is seen at one moment.
+class BlockAtMoment {
+  public:
+    // `state` has the block's candidates.
+    BlockAtMoment(const Job &job, const Block &b, const View &view, const State &state)
+        : job_(job), block_(b), view_(view), state_(state), smoothness_(job, b, state) {
+        if (smoothness_.all()) {
+            light_ = light_of_block(job, b, view, state);
+        }
+    }
+
+    // Whether an output pixel is smooth; then nothing of it is nearer than z_from.
+    bool smooth(int column, int row, double &z_from) {
+        if (!smoothness_.at(column, row, z_from)) {
+            return false;
+        }
+        if (!smoothness_.all() && !patch_) {
+            patch_ = patch_of_block(job_, block_, view_, state_);
+        }
+        return true;
+    }
+
+    // Of the next array pixel: `at` has what was seen of the one before.
+    void see(Vec2 pixel, int channel, bool smooth, double z_from, PixelMoment &at) const {
+        const Vec2 guess = at.view.slopes + Vec2{at.view.step[0], at.view.step[2]};
+        at.view = pixel_view(state_.colour[channel], pixel, guess);
+        at.candidates = &state_.candidates;
+        at.z_from = z_from;
+        at.block_light = smooth && smoothness_.all() ? &light_ : nullptr;
+        const bool patched = smooth && patch_ && patch_->candidate != nullptr;
+        at.patch = patched ? &*patch_ : nullptr;
+        if (at.block_light == nullptr && at.patch == nullptr) {
+            return;
+        }
+        const Window &w = job_.request.window;
+        const int column = w.array_column(block_.column_begin, 0);
+        const int row = w.array_row(block_.row_begin, 0);
+        const Vec2 seen = pixel + state_.camera.optics.colour_shift(pixel, channel);
+        at.block_place = {(seen.x - column) / (w.array_column(block_.column_end, 0) - column),
+                          (seen.y - row) / (w.array_row(block_.row_end, 0) - row)};
+    }
+
+  private:
+    const Job &job_;
+    const Block &block_;
+    const View &view_;
+    const State &state_;
+    Smoothness smoothness_;
+    BlockLight light_;
+    std::optional<Patch> patch_;
+};
+
 // What the pixels of a block share.
 class BlockOfPixels {
   public:
+    // `states`: of all moments of its exposure.
     BlockOfPixels(const Job &job, const Block &b, std::vector<State> &states)
         : job_(job),
-          block_(b),
           view_(job.view_at(b.middle(job.request.window))),
           states_(states),
-          views_(states.size()) {
+          z_from_(states.size()),
+          seen_(states.size()) {
         for (State &state : states) {
             find_block(job, b, state);
-            candidates_.push_back(&state.candidates);
-        }
-        smoothness_.emplace(job, b, states[0]);
-        lit_together_ = smoothness_->all() && states.size() == 1;
-        if (lit_together_) {
-            light_ = light_of_block(job, b, view_, states[0]);
+            moments_.emplace_back(job, b, view_, state);
         }
     }
 
     void render(int column, int row, double lit_us) {
         const Window &w = job_.request.window;
         double sum = 0;
-        z_from_ = 0;
-        smooth_ = smoothness_->at(column, row, z_from_) && states_.size() == 1;
-        if (smooth_ && !lit_together_ && !patch_) {
-            patch_ = patch_of_block(job_, block_, view_, states_[0]);
+        smooth_ = true;
+        for (std::size_t i = 0; i < moments_.size() && smooth_; i++) {
+            smooth_ = moments_[i].smooth(column, row, z_from_[i]);
         }
         for (int j = 0; j < w.bin_y; j++) {
             for (int i = 0; i < w.bin_x; i++) {
@@ -301,55 +307,34 @@ class BlockOfPixels {
     }
 
   private:
-    // One array pixel through all states of its row (one when nothing moves).
-    double electrons(int x, int y, double lit_us);
+    // One array pixel through all moments of its exposure.
+    double electrons(int x, int y, double lit_us) {
+        PixelTask task;
+        task.channel = bayer_channel(bayer_place(x, y));
+        task.starts_smooth = smooth_;
+        task.moments = &seen_;
+        double lux = 0;  // for a luminance of 1
+        for (std::size_t i = 0; i < moments_.size(); i++) {
+            moments_[i].see({static_cast<double>(x), static_cast<double>(y)}, task.channel, smooth_,
+                            z_from_[i], seen_[i]);
+            lux += lux_per_luminance(states_[i].camera, seen_[i].view.slopes);
+        }
+        task.key =
+            mixed(job_.key, static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint64_t>(x));
+        task.electrons_per_luminance =
+            lux / static_cast<double>(moments_.size()) *
+            electrons_per_lux(job_.rig_camera.sensor, task.channel, lit_us);
+        return pixel_luminance(view_, task) * task.electrons_per_luminance;
+    }
 
     const Job &job_;
-    const Block &block_;
     const View view_;
-    std::vector<State> &states_;
-    std::vector<PixelView> views_;
-    std::vector<const std::vector<Candidate> *> candidates_;
-    std::optional<Smoothness> smoothness_;
-    BlockLight light_;
-    std::optional<Patch> patch_;
-    bool lit_together_ = false;
+    const std::vector<State> &states_;
+    std::deque<BlockAtMoment> moments_;
+    std::vector<double> z_from_;
+    std::vector<PixelMoment> seen_;
     bool smooth_ = false;
-    double z_from_ = 0;
 };
-
-double BlockOfPixels::electrons(int x, int y, double lit_us) {
-    const Window &w = job_.request.window;
-    PixelTask task;
-    task.channel = bayer_channel(bayer_place(x, y));
-    task.starts_smooth = smooth_;
-    task.z_from = z_from_;
-    if (lit_together_) {
-        task.block_light = &light_;
-    } else if (smooth_ && patch_->candidate != nullptr) {
-        task.patch = &*patch_;
-    }
-    const Vec2 pixel = {static_cast<double>(x), static_cast<double>(y)};
-    if (lit_together_ || task.patch != nullptr) {
-        const int column = w.array_column(block_.column_begin, 0);
-        const int row = w.array_row(block_.row_begin, 0);
-        const Vec2 seen = pixel + states_[0].camera.optics.colour_shift(pixel, task.channel);
-        task.block_place = {(seen.x - column) / (w.array_column(block_.column_end, 0) - column),
-                            (seen.y - row) / (w.array_row(block_.row_end, 0) - row)};
-    }
-    task.view_count = static_cast<int>(states_.size());
-    for (std::size_t i = 0; i < states_.size(); i++) {
-        views_[i] = pixel_view(states_[i].colour[task.channel], pixel,
-                               views_[i].slopes + Vec2{views_[i].step[0], views_[i].step[2]});
-    }
-    task.views = views_.data();
-    task.candidates = candidates_[0];
-    task.view_candidates = states_.size() > 1 ? candidates_.data() : nullptr;
-    task.key = mixed(job_.key, static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint64_t>(x));
-    task.electrons_per_luminance = lux_per_luminance(states_[0].camera, views_[0].slopes) *
-                                   electrons_per_lux(job_.rig_camera.sensor, task.channel, lit_us);
-    return pixel_luminance(view_, task) * task.electrons_per_luminance;
-}
 
 // How long a row is lit by the scene's full light.
 double lit_time(const Job &job, int row) {
@@ -364,31 +349,36 @@ int first_of_blocks(int first, int skip) {
     return skip == 1 ? -(first % kTile) : 0;
 }
 
-void render_strip(const Job &job, int row_first) {
+// All blocks of some rows, which have their moments together.
+void render_rows(const Job &job, Motion &motion, int top, int bottom) {
     const Window &w = job.request.window;
-    const int row_begin = std::max(row_first, 0);
-    const int row_end = std::min(row_first + kTile, job.frame.rows);
-    const bool moving = moves(job.request, row_begin, row_end);
-    // While the camera moves, each row has its own moments.
-    const int rows_together = moving ? 1 : kTile;
-    for (int top = moving ? row_begin : row_first; top < row_end; top += rows_together) {
-        std::vector<State> states;
-        const double start = row_start_us(job.request, std::max(top, 0));
-        for (int i = 0; i < (moving ? kMoments : 1); i++) {
-            states.push_back(state_at(job, start + job.request.exposure_us * (i + 0.5) / kMoments));
-        }
-        for (int left = first_of_blocks(w.column, w.skip_x); left < job.frame.columns;
-             left += kTile) {
-            const Block block = {left, left + kTile, top, top + rows_together};
-            BlockOfPixels pixels(job, block, states);
-            for (int row = std::max(top, 0); row < std::min(block.row_end, row_end); row++) {
-                const double lit_us = lit_time(job, row);
-                for (int column = std::max(left, 0);
-                     column < std::min(block.column_end, job.frame.columns); column++) {
-                    pixels.render(column, row, lit_us);
-                }
+    for (int left = first_of_blocks(w.column, w.skip_x); left < job.frame.columns; left += kTile) {
+        const Block block = {left, left + kTile, top, bottom};
+        State &first = motion.states(1)[0];
+        find_block(job, block, first);
+        const int moments = motion.moments(block.middle(w), first.candidates);
+        BlockOfPixels pixels(job, block, motion.states(moments));
+        for (int row = std::max(top, 0); row < std::min(bottom, job.frame.rows); row++) {
+            const double lit_us = lit_time(job, row);
+            for (int column = std::max(left, 0);
+                 column < std::min(block.column_end, job.frame.columns); column++) {
+                pixels.render(column, row, lit_us);
             }
         }
+    }
+}
+
+void render_strip(const Job &job, int top) {
+    const int begin = std::max(top, 0);
+    const int end = std::min(top + kTile, job.frame.rows);
+    Motion motion(job.scene, job.rig_camera, job.request, begin, end);
+    if (motion.rows_alike()) {
+        render_rows(job, motion, top, top + kTile);
+        return;
+    }
+    for (int row = begin; row < end; row++) {
+        Motion of_row(job.scene, job.rig_camera, job.request, row, row + 1);
+        render_rows(job, of_row, row, row + 1);
     }
 }
 

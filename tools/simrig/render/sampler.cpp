@@ -84,8 +84,9 @@ Course stratified_course(const View &view, const PixelTask &task, int n, int lev
     const unsigned py = (point[1] ^ (key >> 16)) & 0xFFFFu;
     const unsigned lu = (point[2] ^ (key >> 32)) & 0xFFFFu;
     const unsigned lv = (point[3] ^ (key >> 48)) & 0xFFFFu;
-    const int moment = task.view_count > 1 ? n % task.view_count : 0;
-    const PixelView &pixel = task.views[moment];
+    const auto count = static_cast<int>(task.moments->size());
+    const PixelMoment &moment = (*task.moments)[static_cast<std::size_t>(n % count)];
+    const PixelView &pixel = moment.view;
     const Aperture &aperture = task.starts_smooth ? *view.pixel_alone : *view.with_spot;
     const unsigned drop = 15U - static_cast<unsigned>(level);
     const double share = 1.0 / (1 << level);
@@ -96,7 +97,7 @@ Course stratified_course(const View &view, const PixelTask &task, int n, int lev
         &aperture,
         task.starts_smooth ? view.spot_px : 0,
         &pixel,
-        task.view_candidates != nullptr ? task.view_candidates[moment] : task.candidates,
+        moment.candidates,
         level};
 }
 
@@ -160,17 +161,32 @@ struct Rays {
     double mean() const { return sum / n; }
 };
 
+// The mean of all moments. False: one of them asks for rays.
+bool smooth_throughout(const View &view, const PixelTask &task, Remembered &memory,
+                       double &luminance) {
+    double sum = 0;
+    for (const PixelMoment &moment : *task.moments) {
+        double one = 0;
+        if (!smooth_luminance(view, task, moment, memory, one)) {
+            return false;
+        }
+        sum += one;
+    }
+    luminance = sum / static_cast<double>(task.moments->size());
+    return true;
+}
+
 }  // namespace
 
 double pixel_luminance(const View &view, const PixelTask &task) {
     Rays rays{view, task, {}};
     double luminance = 0;
-    if (task.starts_smooth && smooth_luminance(view, task, rays.memory, luminance)) {
+    if (task.starts_smooth && smooth_throughout(view, task, rays.memory, luminance)) {
         return luminance;
     }
     // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
     // make blurred outlines too sharp. Use at least half of the last level's rays.
-    const bool edge_may_be_near = task.view_count == 1 && !task.starts_smooth;
+    const bool edge_may_be_near = task.moments->size() == 1 && !task.starts_smooth;
     for (int level = kFirstLevel; level <= kLastLevel; level++) {
         const int count = 4 << (2 * level);
         if (edge_may_be_near && level == kLastLevel) {

@@ -65,20 +65,22 @@ struct Patch {
     double z[4];
 };
 
-struct PixelTask {
+/// One pixel at one moment of its exposure.
+struct PixelMoment {
+    PixelView view;
     const std::vector<Candidate> *candidates = nullptr;
-    const PixelView *views = nullptr;  ///< one, or one for each of `view_count` moments
-    int view_count = 1;
-    const std::vector<Candidate> *const *view_candidates =
-        nullptr;  ///< candidates of each moment, or null
-    int channel = 1;
-    bool starts_smooth = false;               ///< no edge of an object is near
-    double z_from = 0;                        ///< then: nothing is nearer
+    double z_from = 0;                        ///< where it starts smooth: nothing is nearer
     const BlockLight *block_light = nullptr;  ///< light on the one sheet, or null
     const Patch *patch = nullptr;             ///< shape of the one body, or null
     Vec2 block_place;                         ///< place of the pixel in the block, 0..1
-    std::uint64_t key = 0;                    ///< random key of this pixel
-    double electrons_per_luminance;           ///< scale of the pixel's own noise
+};
+
+struct PixelTask {
+    const std::vector<PixelMoment> *moments = nullptr;  ///< one when nothing moves
+    int channel = 1;
+    bool starts_smooth = false;      ///< no edge of an object is near at any moment
+    std::uint64_t key = 0;           ///< random key of this pixel
+    double electrons_per_luminance;  ///< scale of the pixel's own noise
     double min_noise_e2 = 64;
 };
 

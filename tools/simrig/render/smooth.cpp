@@ -166,14 +166,15 @@ bool meet_patch(const Patch &patch, const Segment &ray, Vec2 place, Found &found
 }
 
 // What the middle ray meets, its normal and its light. False: nothing.
-bool meet_middle(const View &view, const PixelTask &task, Remembered &memory, Spread &s) {
-    const PixelView &pixel = task.views[0];
+bool meet_middle(const View &view, const PixelMoment &moment, int channel, Remembered &memory,
+                 Spread &s) {
+    const PixelView &pixel = moment.view;
     const Segment middle = segment(pixel, {}, {});
     Found found;
-    const bool patched =
-        task.patch != nullptr && meet_patch(*task.patch, middle, task.block_place, found, s.normal);
+    const bool patched = moment.patch != nullptr &&
+                         meet_patch(*moment.patch, middle, moment.block_place, found, s.normal);
     if (!patched) {
-        found = first_met(*task.candidates, middle, task.z_from);
+        found = first_met(*moment.candidates, middle, moment.z_from);
     }
     if (found.candidate == nullptr) {
         return false;
@@ -182,9 +183,9 @@ bool meet_middle(const View &view, const PixelTask &task, Remembered &memory, Sp
     s.blur_mm = pixel.pupil_radius_mm * std::fabs(1 - found.z / pixel.focus_mm);
     s.pixel_mm = pixel.pixel_slope * found.z;
     if (patched) {
-        s.light = between(task.patch->light, task.block_place, task.channel);
-    } else if (task.block_light != nullptr) {
-        s.light = between(*task.block_light, task.block_place, task.channel);
+        s.light = between(moment.patch->light, moment.block_place, channel);
+    } else if (moment.block_light != nullptr) {
+        s.light = between(*moment.block_light, moment.block_place, channel);
         s.normal = s.object->sheet.normal(found.p);
     } else {
         remember(view, found, s.blur_mm + s.pixel_mm, memory);
@@ -192,7 +193,7 @@ bool meet_middle(const View &view, const PixelTask &task, Remembered &memory, Sp
         s.normal = memory.normal;
         s.tone = memory.tone;
     }
-    s.even_light = patched || task.block_light != nullptr;
+    s.even_light = patched || moment.block_light != nullptr;
     s.middle = found.p;
     s.direction = found.direction;
     s.slant = std::fabs(dot(s.normal, found.direction)) / length(found.direction);
@@ -298,10 +299,10 @@ Patch find_patch(const View &view, const PixelView (&views)[5],
     return patch;
 }
 
-bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memory,
-                      double &luminance) {
+bool smooth_luminance(const View &view, const PixelTask &task, const PixelMoment &moment,
+                      Remembered &memory, double &luminance) {
     Spread s{};
-    if (!meet_middle(view, task, memory, s)) {
+    if (!meet_middle(view, moment, task.channel, memory, s)) {
         luminance = view.scene->ambient.channel[task.channel];
         return true;
     }
@@ -312,7 +313,7 @@ bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memor
         return true;
     }
     // Of a flat picture one disk holds pixel, spot and blur, also in focus.
-    const bool disk = s.object->solid == nullptr ? task.block_light != nullptr
+    const bool disk = s.object->solid == nullptr ? moment.block_light != nullptr
                                                  : s.blur_mm > kBlurredPx * s.pixel_mm;
     if (s.object->material.kind == MaterialKind::kPainted && disk) {
         double reflectance = 0;

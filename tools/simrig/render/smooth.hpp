@@ -7,10 +7,10 @@
 
 namespace world {
 
-/// The middle ray of such a pixel: its mean luminance, and what it hit in `memory`. False: the
-/// texture needs more rays.
-bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memory,
-                      double &luminance);
+/// The middle ray of such a pixel at one moment: its mean luminance, and what it hit in `memory`.
+/// False: the texture needs more rays.
+bool smooth_luminance(const View &view, const PixelTask &task, const PixelMoment &moment,
+                      Remembered &memory, double &luminance);
 
 /// `views`: of the block's corners, in the order of BlockLight, and of its middle.
 Patch find_patch(const View &view, const PixelView (&views)[5],
