@@ -20,11 +20,6 @@ double signed_blur_px(const Camera &camera, double z_mm) {
     return 0.5 * o.pupil_diameter_mm * o.focal_px * (1 / o.focus_distance_mm - 1 / z_mm);
 }
 
-double least_blur_px(const Camera &camera, double z_near, double z_far) {
-    const double near_px = signed_blur_px(camera, z_near), far_px = signed_blur_px(camera, z_far);
-    return near_px * far_px <= 0 ? 0 : std::min(std::fabs(near_px), std::fabs(far_px));
-}
-
 // By how much the image of what one camera sees at a pixel and a depth has moved in another's.
 double moved_px(const Camera &from, const Camera &to, Vec2 pixel, double z_mm) {
     const Vec2 slopes = from.slopes_of(pixel);
@@ -54,12 +49,12 @@ Motion::Motion(const Scene &scene, const RigCamera &rig_camera, const FrameReque
     }
 }
 
-double Motion::change_px(Vec2 pixel, double z_near, double z_far) const {
+double Motion::change_px(Vec2 pixel, const Depths &depths) const {
     double sum = 0;
     for (std::size_t i = 1; i < sampled_.size(); i++) {
         const Camera &from = sampled_[i - 1], &to = sampled_[i];
         double step = 0;
-        for (const double z : {z_near, z_far}) {
+        for (const double z : {depths.near_mm, depths.far_mm}) {
             step = std::max({step, moved_px(from, to, pixel, z),
                              std::fabs(signed_blur_px(to, z) - signed_blur_px(from, z))});
         }
@@ -73,27 +68,42 @@ bool Motion::rows_alike() const {
     double most = 0;
     for (const Vec2 part : {Vec2{0, 0}, Vec2{1, 0}, Vec2{0, 1}, Vec2{1, 1}}) {
         const Vec2 corner = {w.column + part.x * w.columns, w.row + part.y * w.rows};
-        most = std::max(most, stands_ ? 0 : change_px(corner, 1000, kFarthestMm));
+        most = std::max(most, stands_ ? 0 : change_px(corner, {1000, kFarthestMm}));
     }
     return most * shutter_us_ <= kRowsStepPx * duration_us_;
+}
+
+Motion::Depths Motion::depths_of(const std::vector<Candidate> &candidates) {
+    Depths depths = {kFarthestMm, kNearestMm};
+    for (const Candidate &candidate : candidates) {
+        depths.near_mm = std::min(depths.near_mm, candidate.z_near);
+        depths.far_mm = std::max(depths.far_mm, candidate.z_far);
+    }
+    depths.near_mm = std::clamp(depths.near_mm, kNearestMm, kFarthestMm);
+    depths.far_mm = std::clamp(depths.far_mm, depths.near_mm, kFarthestMm);
+    return depths;
+}
+
+double Motion::least_blur_px(const std::vector<Candidate> &candidates) const {
+    const Depths depths = depths_of(candidates);
+    double least = 1e30;
+    for (const Camera &camera : sampled_) {
+        const double near_px = signed_blur_px(camera, depths.near_mm);
+        const double far_px = signed_blur_px(camera, depths.far_mm);
+        least = std::min(
+            least, near_px * far_px <= 0 ? 0 : std::min(std::fabs(near_px), std::fabs(far_px)));
+    }
+    return least;
 }
 
 int Motion::moments(Vec2 pixel, const std::vector<Candidate> &candidates) const {
     if (stands_ || candidates.empty()) {
         return 1;
     }
-    double z_near = kFarthestMm, z_far = kNearestMm;
-    for (const Candidate &candidate : candidates) {
-        z_near = std::min(z_near, candidate.z_near);
-        z_far = std::max(z_far, candidate.z_far);
-    }
-    z_near = std::clamp(z_near, kNearestMm, kFarthestMm);
-    z_far = std::clamp(z_far, z_near, kFarthestMm);
-    const double blur = std::min(least_blur_px(sampled_.front(), z_near, z_far),
-                                 least_blur_px(sampled_.back(), z_near, z_far));
-    const double change = change_px(pixel, z_near, z_far);
+    const double allowed = kStepPx + kStepPart * least_blur_px(candidates);
+    const double change = change_px(pixel, depths_of(candidates));
     int count = 1;
-    while (count < kMostMoments && change > count * (kStepPx + kStepPart * blur)) {
+    while (count < kMostMoments && change > count * allowed) {
         count *= 2;
     }
     return count;

@@ -34,11 +34,18 @@ class Motion {
     /// these candidates. One where the image moves little against its blur.
     int moments(Vec2 pixel, const std::vector<Candidate> &candidates) const;
 
+    /// The least radius of the blur of what these candidates can show, throughout the exposure.
+    double least_blur_px(const std::vector<Candidate> &candidates) const;
+
     /// The states at equally spaced moments of the exposure.
     std::vector<State> &states(int count);
 
   private:
-    double change_px(Vec2 pixel, double z_near, double z_far) const;
+    struct Depths {
+        double near_mm, far_mm;
+    };
+    static Depths depths_of(const std::vector<Candidate> &candidates);
+    double change_px(Vec2 pixel, const Depths &depths) const;
 
     const Scene &scene_;
     const RigCamera &rig_camera_;

@@ -8,6 +8,7 @@
 
 #include "tools/simrig/render/frame.hpp"
 #include "tools/simrig/render/motion.hpp"
+#include "tools/simrig/render/nodes.hpp"
 #include "tools/simrig/render/sampler.hpp"
 #include "tools/simrig/render/sensor.hpp"
 #include "tools/simrig/render/smooth.hpp"
@@ -87,7 +88,8 @@ struct Block {
     }
 };
 
-void find_block(const Job &job, const Block &b, State &state) {
+// What the block and `around_px` pixels around it may see.
+void find_block(const Job &job, const Block &b, State &state, double around_px = 0) {
     const Window &w = job.request.window;
     const Vec2 low = {static_cast<double>(w.array_column(b.column_begin, 0)),
                       static_cast<double>(w.array_row(b.row_begin, 0))};
@@ -95,7 +97,7 @@ void find_block(const Job &job, const Block &b, State &state) {
                        static_cast<double>(w.array_row(b.row_end - 1, w.bin_y - 1))};
     // Pairs of columns overlap when pixels are binned: the last but one may reach further. What red
     // or blue shows at a pixel green shows elsewhere.
-    const double margin = job.spots.at(b.middle(w)).aperture.reach() - 0.5 +
+    const double margin = around_px + job.spots.at(b.middle(w)).aperture.reach() - 0.5 +
                           2 * std::max(w.bin_x, w.bin_y) - 2 +
                           state.camera.optics.colour_shift_px(b.middle(w));
     find_candidates(job.scene, state.object_camera, beam_of(state.camera, low, high, margin),
@@ -272,9 +274,12 @@ class BlockAtMoment {
 // What the pixels of a block share.
 class BlockOfPixels {
   public:
-    // `states`: of all moments of its exposure.
-    BlockOfPixels(const Job &job, const Block &b, std::vector<State> &states)
+    // `states`: of all moments of its exposure. `pitch`: of the nodes, 0: none.
+    BlockOfPixels(const Job &job, const Block &b, std::vector<State> &states, Nodes &nodes,
+                  int pitch)
         : job_(job),
+          nodes_(nodes),
+          pitch_(pitch),
           view_(job.view_at(b.middle(job.request.window))),
           states_(states),
           z_from_(states.size()),
@@ -324,10 +329,21 @@ class BlockOfPixels {
         task.electrons_per_luminance =
             lux / static_cast<double>(moments_.size()) *
             electrons_per_lux(job_.rig_camera.sensor, task.channel, lit_us);
-        return pixel_luminance(view_, task) * task.electrons_per_luminance;
+        std::function<double()> between_nodes;
+        if (pitch_ > 0) {
+            between_nodes = [=] {
+                const Vec2 pixel = {static_cast<double>(x), static_cast<double>(y)};
+                const Optics &optics = states_[0].camera.optics;
+                return nodes_.luminance(pixel + optics.colour_shift(pixel, task.channel),
+                                        task.channel, pitch_);
+            };
+        }
+        return pixel_luminance(view_, task, between_nodes) * task.electrons_per_luminance;
     }
 
     const Job &job_;
+    Nodes &nodes_;
+    const int pitch_;
     const View view_;
     const std::vector<State> &states_;
     std::deque<BlockAtMoment> moments_;
@@ -350,14 +366,16 @@ int first_of_blocks(int first, int skip) {
 }
 
 // All blocks of some rows, which have their moments together.
-void render_rows(const Job &job, Motion &motion, int top, int bottom) {
+void render_rows(const Job &job, Motion &motion, Nodes &nodes, int top, int bottom) {
     const Window &w = job.request.window;
     for (int left = first_of_blocks(w.column, w.skip_x); left < job.frame.columns; left += kTile) {
         const Block block = {left, left + kTile, top, bottom};
         State &first = motion.states(1)[0];
-        find_block(job, block, first);
+        find_block(job, block, first, kTile);
+        const int pitch =
+            w.skip_x * w.skip_y == 1 ? Nodes::pitch_for(motion.least_blur_px(first.candidates)) : 0;
         const int moments = motion.moments(block.middle(w), first.candidates);
-        BlockOfPixels pixels(job, block, motion.states(moments));
+        BlockOfPixels pixels(job, block, motion.states(moments), nodes, pitch);
         for (int row = std::max(top, 0); row < std::min(bottom, job.frame.rows); row++) {
             const double lit_us = lit_time(job, row);
             for (int column = std::max(left, 0);
@@ -368,17 +386,17 @@ void render_rows(const Job &job, Motion &motion, int top, int bottom) {
     }
 }
 
-void render_strip(const Job &job, int top) {
+void render_strip(const Job &job, Nodes &nodes, int top) {
     const int begin = std::max(top, 0);
     const int end = std::min(top + kTile, job.frame.rows);
     Motion motion(job.scene, job.rig_camera, job.request, begin, end);
     if (motion.rows_alike()) {
-        render_rows(job, motion, top, top + kTile);
+        render_rows(job, motion, nodes, top, top + kTile);
         return;
     }
     for (int row = begin; row < end; row++) {
         Motion of_row(job.scene, job.rig_camera, job.request, row, row + 1);
-        render_rows(job, of_row, row, row + 1);
+        render_rows(job, of_row, nodes, row, row + 1);
     }
 }
 
@@ -438,8 +456,10 @@ Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &
     std::atomic<int> next{0};
     const int first = first_of_blocks(request.window.row, request.window.skip_y);
     const auto work = [&] {
+        Nodes nodes(
+            scene, rig_camera, request, [&job](Vec2 pixel) { return job.view_at(pixel); }, key);
         for (int row = first + kTile * next++; row < frame.rows; row = first + kTile * next++) {
-            render_strip(job, row);
+            render_strip(job, nodes, row);
         }
     };
     std::vector<std::thread> pool;

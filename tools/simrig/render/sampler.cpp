@@ -77,15 +77,19 @@ double luminance_along(const View &view, const Course &course, int channel, Reme
     return shaded(view, course, found, channel, memory);
 }
 
-Course stratified_course(const View &view, const PixelTask &task, int n, int level) {
+// The n-th ray, at one of the moments.
+Course stratified_course(const View &view, const PixelTask &task, int n, int level,
+                         std::size_t of_moments) {
     const RayPoint &point = ray_points()[static_cast<std::size_t>(n % kMaxSamples)];
-    const std::uint64_t key = n < kMaxSamples ? task.key : mixed(task.key);
+    // The same places again, rotated.
+    const std::uint64_t key =
+        n < kMaxSamples ? task.key
+                        : mixed(task.key + static_cast<std::uint64_t>(n / kMaxSamples - 1));
     const unsigned px = (point[0] ^ key) & 0xFFFFu;
     const unsigned py = (point[1] ^ (key >> 16)) & 0xFFFFu;
     const unsigned lu = (point[2] ^ (key >> 32)) & 0xFFFFu;
     const unsigned lv = (point[3] ^ (key >> 48)) & 0xFFFFu;
-    const auto count = static_cast<int>(task.moments->size());
-    const PixelMoment &moment = (*task.moments)[static_cast<std::size_t>(n % count)];
+    const PixelMoment &moment = (*task.moments)[of_moments];
     const PixelView &pixel = moment.view;
     const Aperture &aperture = task.starts_smooth ? *view.pixel_alone : *view.with_spot;
     const unsigned drop = 15U - static_cast<unsigned>(level);
@@ -151,8 +155,9 @@ struct Rays {
 
     void add_until(int count, int level) {
         for (; n < count; n++) {
-            const double value = luminance_along(view, stratified_course(view, task, n, level),
-                                                 task.channel, memory);
+            const std::size_t moment = static_cast<std::size_t>(n) % task.moments->size();
+            const double value = luminance_along(
+                view, stratified_course(view, task, n, level, moment), task.channel, memory);
             sum += value;
             square += value * value;
         }
@@ -161,29 +166,8 @@ struct Rays {
     double mean() const { return sum / n; }
 };
 
-// The mean of all moments. False: one of them asks for rays.
-bool smooth_throughout(const View &view, const PixelTask &task, Remembered &memory,
-                       double &luminance) {
-    double sum = 0;
-    for (const PixelMoment &moment : *task.moments) {
-        double one = 0;
-        if (!smooth_luminance(view, task, moment, memory, one)) {
-            return false;
-        }
-        sum += one;
-    }
-    luminance = sum / static_cast<double>(task.moments->size());
-    return true;
-}
-
-}  // namespace
-
-double pixel_luminance(const View &view, const PixelTask &task) {
-    Rays rays{view, task, {}};
-    double luminance = 0;
-    if (task.starts_smooth && smooth_throughout(view, task, rays.memory, luminance)) {
-        return luminance;
-    }
+// As many rays as the pixel's noise asks for.
+double traced_luminance(const PixelTask &task, Rays &rays) {
     // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
     // make blurred outlines too sharp. Use at least half of the last level's rays.
     const bool edge_may_be_near = task.moments->size() == 1 && !task.starts_smooth;
@@ -206,6 +190,52 @@ double pixel_luminance(const View &view, const PixelTask &task) {
     // Bright against dark: the same number again, rotated.
     rays.add_until(2 * kMaxSamples, kLastLevel);
     return rays.mean();
+}
+
+// The mean of all moments. False: one of them asks for rays.
+bool smooth_throughout(const View &view, const PixelTask &task, Remembered &memory,
+                       double &luminance) {
+    double sum = 0;
+    for (const PixelMoment &moment : *task.moments) {
+        double one = 0;
+        if (!smooth_luminance(view, task, moment, memory, one)) {
+            return false;
+        }
+        sum += one;
+    }
+    luminance = sum / static_cast<double>(task.moments->size());
+    return true;
+}
+
+}  // namespace
+
+Colour area_luminance(const View &view, const PixelTask &task, int rays) {
+    Remembered memory;
+    Colour sum;
+    const auto count = static_cast<std::size_t>(rays);
+    for (int n = 0; n < rays; n++) {
+        // Successive rays are spread well over pixel and pupil: each moment has some of those.
+        const std::size_t moment = static_cast<std::size_t>(n) * task.moments->size() / count;
+        const Course course = stratified_course(view, task, n, kLastLevel, moment);
+        const Found found = first_met(*course.candidates, course.ray, 0);
+        for (int c = 0; c < 3; c++) {
+            const double luminance = found.candidate == nullptr
+                                         ? view.scene->ambient.channel[c]
+                                         : shaded(view, course, found, c, memory);
+            sum.channel[c] += luminance / rays;
+        }
+    }
+    return sum;
+}
+
+double pixel_luminance(const View &view, const PixelTask &task,
+                       const std::function<double()> &between_nodes) {
+    Rays rays{view, task, {}};
+    double luminance = 0;
+    if (task.starts_smooth && smooth_throughout(view, task, rays.memory, luminance)) {
+        return luminance;
+    }
+    return between_nodes ? between_nodes() : traced_luminance(task, rays);
 }
 
 Aperture::Aperture(double spot_rms_px) {
