@@ -81,7 +81,7 @@ static void move(struct measuring *self) {
     } else if (self->step.kind == MEASURE_STEP_PAIR) {
         read_pair(self);
     }
-    measure_rig_read_search(self->call->rig, &self->step, &light, &self->event);
+    measure_rig_read_search(self->call->rig, &self->step, &light, self->why, &self->event);
 }
 
 // ---- notes in the session, from which a PC makes the same surface and its report

@@ -116,6 +116,8 @@ double measure_rig_subject_px(const struct measure *machine) {
 
 // ---- what searches found
 
+static const char too_dark[] = "too dark";  // in the answer of autoexpose, or in its error
+
 static void catch_number(void *cookie, const char *key, double value, int decimals,
                          const char *unit) {
     struct measure_rig_light *self = cookie;
@@ -128,7 +130,7 @@ static void catch_number(void *cookie, const char *key, double value, int decima
 
 static void catch_text(void *cookie, const char *key, const char *value) {
     struct measure_rig_light *self = cookie;
-    if (key != NULL && strcmp(key, "limit") == 0 && strncmp(value, "too dark", 8) == 0) {
+    if (key != NULL && strcmp(key, "limit") == 0 && strstr(value, too_dark) != NULL) {
         self->too_dark = true;
     }
 }
@@ -160,7 +162,8 @@ static void read_focus(const struct rig *rig, struct measure_event *event) {
 }
 
 void measure_rig_read_search(const struct rig *rig, const struct measure_step *step,
-                             const struct measure_rig_light *light, struct measure_event *event) {
+                             const struct measure_rig_light *light, const char *why,
+                             struct measure_event *event) {
     static const double target_percent = 50;
     const struct rig_camera *camera = &rig->camera[RIG_LEFT];
     if (step->kind == MEASURE_STEP_AUTOFOCUS && event->error == ERROR_OK) {
@@ -171,7 +174,9 @@ void measure_rig_read_search(const struct rig *rig, const struct measure_step *s
         event->light.exposure_us = camera->exposure_us;
         event->light.gain = camera->gain_q3 / 8.0;
         event->light.reached =
-            light->too_dark ? math_max(1e-3, light->mean_percent / target_percent) : 1;
+            light->too_dark || (event->error == ERROR_RANGE && strstr(why, too_dark) != NULL)
+                ? math_max(1e-3, light->mean_percent / target_percent)
+                : 1;
     }
 }
 
@@ -275,7 +280,10 @@ static void add_capture(const struct measure_step *step, const char *session,
                    ? snprintf(line, MEASURE_RIG_LINE_BYTES, "capture %s add=yes readings=%d",
                               session, PAIR_READINGS)
                    : snprintf(line, MEASURE_RIG_LINE_BYTES, "capture readings=%d", PAIR_READINGS);
-    INVARIANT(used > 0 && used < MEASURE_RIG_LINE_BYTES - 16);
+    INVARIANT(used > 0 && used < MEASURE_RIG_LINE_BYTES - 32);
+    if (step->phase == MEASURE_PAIR) {  // merged frames are compared anyway
+        used += snprintf(line + used, (size_t)(MEASURE_RIG_LINE_BYTES - used), " static=yes");
+    }
     if (step->bracket > 0) {
         snprintf(line + used, (size_t)(MEASURE_RIG_LINE_BYTES - used), " bracket=%u",
                  step->bracket);

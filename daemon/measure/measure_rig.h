@@ -40,9 +40,10 @@ struct measure_rig_light {
 };
 struct command_reply measure_rig_light_reply(struct measure_rig_light *self);
 
-/// Fills in what a search of light or focus found.
+/// Fills in what a search of light or focus found. `why`: of its error.
 void measure_rig_read_search(const struct rig *rig, const struct measure_step *step,
-                             const struct measure_rig_light *light, struct measure_event *event);
+                             const struct measure_rig_light *light, const char *why,
+                             struct measure_event *event);
 
 enum { MEASURE_RIG_LINES_MAX = 2, MEASURE_RIG_LINE_BYTES = 160 };
 struct measure_rig_lines {

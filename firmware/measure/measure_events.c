@@ -100,8 +100,14 @@ static enum measure_outcome take_light(struct measure *self, const struct measur
         self->light_reached = reached;
         self->light_f_number = self->f_number;
     }
-    const bool dark = event->error != ERROR_OK || !(reached >= MEASURE_DARK_REACHED);
-    if (self->phase != MEASURE_LIGHT || !dark) {
+    const bool dark = reached < MEASURE_DARK_REACHED;
+    if (self->phase != MEASURE_LIGHT) {
+        return MEASURE_DONE;
+    }
+    if (!dark) {
+        if (event->error != ERROR_OK) {
+            measure_lose(self, MEASURE_LOSS_NOT_EXPOSED);
+        }
         return MEASURE_DONE;
     }
     if (!self->iris_opens && self->near_mm > 0 && self->instrument.iris) {

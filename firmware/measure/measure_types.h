@@ -31,7 +31,7 @@ extern "C" {
     X(IRIS, 2, "iris")                           \
     X(MIDDLE, 2, "focus on the middle")          \
     X(LIGHT, 6, "light")                         \
-    X(PAIR, 3, "pair")                           \
+    X(PAIR, 4, "pair")                           \
     X(MERGED, 7, "pair of several exposures")    \
     X(OTHER_ZOOM, 4, "other zoom")               \
     X(OTHER_FOCUS, 2, "focus at the other zoom") \
@@ -107,6 +107,7 @@ struct measure_reason {
     X(NOT_ZOOMED, "the zoom did not move")                                                 \
     X(NOT_SHARP, "not all of its depth is sharp")                                          \
     X(FOCUS_CALIBRATED, "no focus was found: the lenses are where the calibration has it") \
+    X(NOT_EXPOSED, "the light could not be set: exposure and gain are as they were")       \
     X(DARK, "it is too dark")                                                              \
     X(DARK_PARTS, "its dark parts have one exposure only")                                 \
     X(MISFIT, "the cameras are not where the calibration has them")                        \
@@ -194,7 +195,7 @@ struct measure_event {
     double f_number;  ///< of the iris after it; 0: not known
     struct {          // LIGHT
         double exposure_us, gain;
-        double reached;  ///< mean over its target: below 1 it is too dark
+        double reached;  ///< mean over its target: below 1 it is too dark, also with an error
     } light;
     double focus_mm;  ///< AUTOFOCUS: the distance found by data sheet or calibration; 0: none
     struct {          // PAIR

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The commands of FIRST_HOUR.md for two webcams, on a fake kernel whose cameras show the board in view
 after view and then the scene."""
+import contextlib
 import json
 import os
 import pathlib
@@ -9,6 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -131,6 +133,43 @@ class Webcams(unittest.TestCase):
         for word in words:
             self.assertIn(word, output_text)
 
+    def measure(self, daemon):
+        """Nothing moves, and the calibration is of this one state: light, a pair, the surface."""
+        running = self.start(daemon.replace("store=none", "store=measured"))
+        ask = "vergence --connect unix:rig.sock"
+        self.run_one(f"{ask} send calibrated/rig.calibration measured.txt")
+        self.refused(f"{ask} measure thing", "no calibration is saved")
+        self.run_one(f"{ask} bringup")
+        self.run_one(f"{ask} calibration set measured.txt")
+        self.refused(f"{ask} measure thing fit=300", "calibration of all zooms")
+        done = self.run_one(f"{ask} measure thing near=300 far=1500")
+        # Cameras of a fake kernel show the same at each exposure: no reason to ask for light.
+        self.assertRegex(done, r"sentence: points good to 0\.\d+ mm at 5\d\d mm, .*; 9\d(\.\d)? % of the "
+                               r"subject measured; the light could not be set: [^;]*\n")
+        self.assertEqual(re.findall(r"step ([a-z ]+):", done), ["light", "pair", "surface"])
+        self.assertTrue(os.path.exists(self.place("thing-surface", "report.html")))
+        with self.moving():
+            self.refused(f"{ask} measure moves", "MOVED", "pair: ", "keep it still")
+        self.assertFalse(os.path.exists(self.place("files", "moves")))
+        self.stop(running)
+
+    @contextlib.contextmanager
+    def moving(self):
+        """Another picture in each frame."""
+        still = threading.Event()
+
+        def move():
+            shown = [[boards.picture(painted(), boards.pose(12, 20, 4, 10, 0, 30 + way), right, seed=50)
+                      for right in (False, True)] for way in (0, 40)]
+            while not still.is_set():
+                shown.reverse()
+                self.show(shown[0])
+        thread = threading.Thread(target=move)
+        thread.start()
+        yield
+        still.set()
+        thread.join()
+
     def exchange_cameras(self, daemon):
         """The calibration detects by the ports that left and right are swapped."""
         text = pathlib.Path(self.folder, "calibrated", "rig.calibration").read_text()
@@ -177,6 +216,7 @@ class Webcams(unittest.TestCase):
         self.assertLess(measured["plane_rms_mm"], 0.5)
         self.assertLessEqual(measured["off_plane"], 1)
         self.stop(running)
+        self.measure(daemon)
         self.exchange_cameras(daemon)
 
 

@@ -74,6 +74,18 @@ TEST_CASE("cameras that the calibration does not fit ask for a new one") {
     CHECK(result.advice == MEASURE_ADVICE_CALIBRATE);
 }
 
+TEST_CASE("a light that could not be set is not called dark") {
+    World world(17);
+    world.meddle = [](const measure_step &step, measure_event &event) {
+        event.error = step.phase == MEASURE_LIGHT ? ERROR_MOVED : event.error;
+    };
+    const measure_result result = run(world, wish(MEASURE_WISH_FIT, 360), whole_rig());
+    CHECK(result.error == ERROR_OK);
+    CHECK(lost(result, MEASURE_LOSS_NOT_EXPOSED));
+    CHECK(!lost(result, MEASURE_LOSS_DARK));
+    CHECK(result.advice != MEASURE_ADVICE_LIGHT);
+}
+
 TEST_CASE("what moves is taken once more, then given up") {
     for (const int often : {1, 100}) {
         World world(8);
