@@ -22,8 +22,7 @@ enum { PAIRS = 4 };  // that a measurement takes at most, but for those that mov
 
 // Where memory is short, or more disparities would be searched than the matcher has room for, the
 // smallest scale of a surface that is worth having.
-static const double scale_min = 0.2;
-static const double us_per_s = 1e6;
+static const double scale_min = 0.2, us_per_s = 1e6;
 
 // One measurement. Allocated, as it is large.
 struct measuring {
@@ -104,47 +103,51 @@ static void note_steps(struct measuring *self) {
     self->call->message[0] = '\0';
 }
 
+// Before the surface is computed: a PC can make it if this machine cannot. The last note counts.
+static void note_surface(struct measuring *self, const struct reconstruct_request *request) {
+    char note[SESSION_TEXT_MAX + 1];
+    measure_request_print_surface(request, note);
+    (void)commands_session_note(self->call, self->session, note);
+}
+
 // ---- steps that compute
 
-// Runs a reconstruction that is prepared; its results are there until the next one.
-static int run_surface(struct measuring *self, const struct surface_run *prepared) {
-    const uint64_t begin_us = monotonic_now_us();
+// Begins a reconstruction, whose request is to be set; its results are there until the next one.
+static bool begin_run(struct measuring *self) {
     if (self->run != NULL) {
         surface_run_end(self->run);
         free(self->run);
     }
-    self->run = malloc(sizeof *self->run);
+    self->run = calloc(1, sizeof *self->run);
     if (self->run == NULL) {
         snprintf(self->why, sizeof self->why, "out of memory");
-        return ERROR_MEMORY;
+        self->event.error = ERROR_MEMORY;
+        return false;
     }
-    *self->run = *prepared;
     snprintf(self->run->session, sizeof self->run->session, "%s", self->session);
-    const int error = surface_run_beside(self->run, self->call);
-    if (error == ERROR_NO_SURFACE) {
+    return true;
+}
+
+static void run_surface(struct measuring *self) {
+    const uint64_t begin_us = monotonic_now_us();
+    self->event.error = surface_run_beside(self->run, self->call);
+    snprintf(self->why, sizeof self->why, "%s", self->run->message);
+    if (self->event.error == ERROR_NO_SURFACE) {
         measure_report_no_surface(&self->run->job.context, self->why, sizeof self->why);
-    } else {
-        snprintf(self->why, sizeof self->why, "%s", self->run->message);
     }
     self->report.computing_seconds += (double)(monotonic_now_us() - begin_us) / us_per_s;
-    return error;
 }
 
 static void look(struct measuring *self) {
-    struct surface_run *prepared = calloc(1, sizeof *prepared);
-    if (prepared == NULL) {
-        self->event.error = ERROR_MEMORY;
+    if (!begin_run(self)) {
         return;
     }
-    prepared->captured = last_pair_use(&daemon_of(self->call)->last_pair);
-    INVARIANT(prepared->captured != NULL);  // this thread has just taken it
-    measure_look_prepare(&self->step, prepared->captured->pair.frame, &prepared->request);
-    self->event.error = run_surface(self, prepared);
-    free(prepared);
-    if (self->event.error != ERROR_OK) {
-        return;
-    }
-    if (!measure_look_at(&self->run->job.context, self->run->source.pair.pair.frame, &self->machine,
+    self->run->captured = last_pair_use(&daemon_of(self->call)->last_pair);
+    INVARIANT(self->run->captured != NULL);  // this thread has just taken it
+    measure_look_prepare(&self->step, self->run->captured->pair.frame, &self->run->request);
+    run_surface(self);
+    if (self->event.error == ERROR_OK &&
+        !measure_look_at(&self->run->job.context, self->run->source.pair.pair.frame, &self->machine,
                          &self->step, &self->place, &self->event)) {
         self->event.error = ERROR_NO_SURFACE;
         measure_report_no_subject(&self->machine.request, self->why, sizeof self->why);
@@ -160,28 +163,25 @@ static void report_surface(void *cookie) {
 }
 
 static void surface(struct measuring *self) {
-    struct surface_run *prepared = calloc(1, sizeof *prepared);
-    if (prepared == NULL) {
-        self->event.error = ERROR_MEMORY;
-        return;
-    }
-    prepared->keep = true;
-    measure_request_surface(&self->step, &prepared->request);
-    self->event.error = run_surface(self, prepared);
-    while ((self->event.error == ERROR_MEMORY || self->event.error == ERROR_DISPARITY_RANGE) &&
-           prepared->request.scale / 2 >= scale_min) {
-        prepared->request.scale /= 2;
-        self->event.error = run_surface(self, prepared);
+    struct reconstruct_request request;
+    bool too_large = true;
+    measure_request_surface(&self->step, &request);
+    while (too_large) {
+        note_surface(self, &request);
+        if (!begin_run(self)) {
+            return;
+        }
+        self->run->keep = true;
+        self->run->request = request;
+        run_surface(self);
+        self->report.scale = request.scale;
+        too_large =
+            (self->event.error == ERROR_MEMORY || self->event.error == ERROR_DISPARITY_RANGE) &&
+            (request.scale /= 2) >= scale_min;
     }
     if (self->event.error != ERROR_OK) {
-        free(prepared);
         return;
     }
-    self->report.scale = prepared->request.scale;
-    char note[SESSION_TEXT_MAX + 1];
-    measure_request_print_surface(&prepared->request, note);
-    (void)commands_session_note(self->call, self->session, note);
-    free(prepared);
     disk_writer_run(&daemon_of(self->call)->disk_writer, report_surface, self);
     const struct reconstruct_context *context = &self->run->job.context;
     commands_zoom_expect(self->call, self->zoom, &self->machine, &self->event);
@@ -325,11 +325,11 @@ static int conclude(struct measuring *self, const struct measure_request *reques
     const struct measure_result *result = &self->machine.result;
     if (self->plan) {
         measure_report_put_plan(&self->report, self->call, result);
-        return result->error == ERROR_OK ? ERROR_OK : fail(self);
+    } else {
+        self->report.seconds = elapsed_s(self);
+        measure_report_put(&self->report, self->call, self->name, self->session, request, result);
+        self->call->message[0] = '\0';  // of steps that failed
     }
-    self->report.seconds = elapsed_s(self);
-    measure_report_put(&self->report, self->call, self->name, self->session, request, result);
-    self->call->message[0] = '\0';  // of steps that failed
     return result->error == ERROR_OK ? ERROR_OK : fail(self);
 }
 
@@ -386,7 +386,7 @@ static const struct command commands[] = {
          "reason, how good the result is, what was lost on the way, and what would improve it. "
          "Where a step fails, it continues with less if the result is still honest. With a "
          "calibration of one state nothing moves. After Ctrl-C the rig is at rest, and the pairs "
-         "that were taken can be reconstructed.",
+         "that were taken can be reconstructed. A PC also uses a board or a length in view.",
      .arguments = measure_request_arguments,
      .argument_count = MEASURE_REQUEST_ARGUMENTS,
      .flags =

@@ -93,6 +93,8 @@ void measure_report_no_subject(const struct measure_request *request, char *text
 void measure_report_failure(const struct measure_report *self, const struct measure_result *result,
                             const char *session, const char *why, char *text, size_t size) {
     const bool advised = result->advice != MEASURE_ADVICE_NOTHING;
+    static const char own[] = "measure: ";  // of what is checked for this command, too
+    const size_t lead = strncmp(why, own, sizeof own - 1) == 0 ? sizeof own - 1 : 0;
     char pairs_left[256] = "";
     if (self->captures > 0) {
         snprintf(pairs_left, sizeof pairs_left, "; %.60s has %u pair%s (\"reconstruct %.60s\")",
@@ -101,7 +103,7 @@ void measure_report_failure(const struct measure_report *self, const struct meas
     snprintf(text, size, "%s: %s%.600s%s%s%s", measure_phase_text(result->phase),
              result->error == ERROR_NO_SURFACE ? "no surface: " : "",
              result->error == ERROR_CANCELLED ? "cancelled"
-             : why[0] != '\0'                 ? why
+             : why[0] != '\0'                 ? why + lead
                                               : error_text(result->error),
              advised ? ": " : "", advised ? measure_advice_text(result->advice) : "", pairs_left);
 }

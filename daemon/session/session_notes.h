@@ -3,8 +3,10 @@
 ///
 ///     # measure fit=360                        what was asked for, without the name
 ///     # measure step aim: the subject is ...   a decision with its reason, before it is carried
-///     out # measure surface pair=3 with-pair=2 near=1568.000 far=2082.000
-///                                              the options of `reconstruct` that made its surface
+///                                              out
+///     # measure surface pair=3 with-pair=2 near=1568.000 far=2082.000
+///                                              the options of `reconstruct` that make its surface,
+///                                              before that is computed; the last one counts
 #ifndef VERGENCE_DAEMON_SESSION_SESSION_NOTES_H
 #define VERGENCE_DAEMON_SESSION_SESSION_NOTES_H
 

@@ -436,12 +436,24 @@ int session_writer_pair(struct session_writer *self, const struct pair *pair,
     return code;
 }
 
+/// Ends a resumed session where it ended before: there is space for that.
+static void restore_end(struct session_writer *self) {
+    struct message ignored;
+    self->crc = self->resumed_crc;
+    self->good_bytes = self->resumed_bytes;
+    self->event.kind = SESSION_END;
+    (void)append_event(self, &ignored);
+}
+
 int session_writer_end(struct session_writer *self, struct message *message) {
     if (self->index < 0) {
         return 0;
     }
     self->event.kind = SESSION_END;
     const int code = append_event(self, message);
+    if (code != 0 && self->resumed) {
+        restore_end(self);
+    }
     session_writer_leave(self);
     return code;
 }
@@ -461,10 +473,8 @@ void session_writer_discard(struct session_writer *self, int parent) {
     }
     if (self->resumed) {
         // Frames without an event stay: their names show that they are ours.
-        struct message ignored;
-        self->crc = self->resumed_crc;
-        self->good_bytes = self->resumed_bytes;
-        session_writer_end(self, &ignored);
+        restore_end(self);
+        session_writer_leave(self);
         return;
     }
     struct session_files files;

@@ -84,8 +84,11 @@ static void add_hole(struct command_text *text, const char *why) {
 
 void measure_text_add_result(struct command_text *text, const struct measure_result *result) {
     if (result->error != ERROR_OK) {
-        command_text_join(text, "no surface: ", measure_phase_text(result->phase), ": ",
-                          error_text(result->error));
+        command_text_add(text, "no surface: ");
+        if (result->phase != MEASURE_SURFACE) {
+            command_text_join(text, measure_phase_text(result->phase), ": ");
+        }
+        command_text_add(text, error_text(result->error));
     } else {
         command_text_add(text, "points good to ");
         add_figure(text, result->sigma_mm);

@@ -91,7 +91,7 @@ static struct measure_step step_from(struct measure *self, unsigned phase) {
     }
     INVARIANT(phase < MEASURE_PHASES);  // the surface is always needed
     step.phase = self->phase;
-    step.seconds = seconds_of(step.phase);
+    step.seconds = math_max(step.seconds, seconds_of(step.phase));
     for (unsigned later = phase + 1; later < MEASURE_PHASES; later++) {
         if (measure_needs(self, (enum measure_phase)later)) {
             step.seconds_left += seconds_of((enum measure_phase)later);

@@ -310,7 +310,8 @@ static void advise(struct measure *self, const struct measure_event *event) {
 static enum measure_outcome take_surface(struct measure *self, const struct measure_event *event) {
     struct measure_result *result = &self->result;
     if (event->error != ERROR_OK) {
-        if (result->with_pair != 0 && !self->alone) {
+        const bool no_room = event->error == ERROR_FULL || event->error == ERROR_IO;
+        if (result->with_pair != 0 && !self->alone && !no_room) {
             self->alone = true;
             return MEASURE_REPEAT;
         }

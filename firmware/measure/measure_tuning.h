@@ -51,9 +51,13 @@ enum { MEASURE_AIMS_MAX = 3 };
 #define MEASURE_NOISY_GAIN 2.0
 /// The best in dark parts, and what is nearly as good without a bridge: daemon/RESULTS.md.
 enum { MEASURE_BRACKET_FRAMES = 4, MEASURE_AVERAGE_FRAMES = 8 };
-/// Exposure from which on a bracket, whose last one is some 16 times as long, takes more than 20 s
-/// for both cameras, us.
-#define MEASURE_BRACKET_MAX_US 400e3
+/// Duration of a bracket of both cameras in exposures of the single pair, as taken on the simulated
+/// rig: the last one is 16 to 27 times as long, and each exposure takes three frames; and of an
+/// average.
+#define MEASURE_BRACKET_EXPOSURES 260.0
+#define MEASURE_AVERAGE_EXPOSURES (2.0 * MEASURE_AVERAGE_FRAMES)
+/// Exposure from which on a bracket would take more than 50 s, us.
+#define MEASURE_BRACKET_MAX_US 200e3
 
 /// Least ratio of the focal lengths of two pairs that help each other: that of wide_pair.c.
 #define MEASURE_RATIO_MIN 1.3

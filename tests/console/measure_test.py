@@ -140,6 +140,20 @@ class Measure(DaemonTest):
         self.assertEqual(self.works("status")["state"], "ready")
         self.assertEqual(self.names("surface-stopped*"), [])
         self.assertGreater(self.works("reconstruct stopped near=1500 far=2500")["points"], 1000)
+        # A disk that is full before the surface leaves all that a PC needs to make it.
+        client.send("@progress measure full fit=500 quick=yes\n")
+        self.progress_until(client, "light:")
+        big = os.path.join(self.files, "big")
+        used = sum(os.path.getsize(path) for path in glob.glob(os.path.join(self.files, "**"), recursive=True))
+        with open(big, "wb") as file:
+            file.truncate(40_000_000 - used - 600_000)
+        answer = client.begun_answer()[-1]
+        self.assertTrue(answer.startswith("ERR FULL measure: surface: no room"), answer)
+        self.assertIn('full has 2 pairs ("reconstruct full")', answer)
+        self.assertEqual(self.names("surface-full*"), [])
+        with open(os.path.join(self.files, "full", "session.index"), encoding="ascii") as file:
+            self.assertIn("#%20measure%20surface%20pair=2%20with-pair=1", file.read())
+        os.unlink(big)
         # A daemon that is killed in the middle leaves nothing half.
         before = self.names()
         client.send("@progress measure killed fit=500\n")

@@ -213,6 +213,7 @@ TEST_CASE("dark parts are taken with several exposures, a dark scene says so") {
     const measure_result merged = run(dark_parts, wish(MEASURE_WISH_FIT, 300), whole_rig());
     CHECK(merged.error == ERROR_OK);
     CHECK(dark_parts.last(MEASURE_MERGED).bracket >= 3);
+    CHECK(dark_parts.last(MEASURE_MERGED).seconds <= 52);
     CHECK(merged.pair == uint32_t(dark_parts.pairs));
     World slow(4);
     slow.dark_part = 0.2;
