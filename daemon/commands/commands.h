@@ -126,8 +126,8 @@ void commands_calibration_instrument(const struct command_call *call,
 int commands_calibration_of_pair(const struct command_call *call, struct captured_pair *captured,
                                  bool accepted);
 
-/// The saved calibration of all zooms, to be freed. ERROR_MISSING, with the call's message: none is
-/// saved, or one of a single state. The rig's thread only.
+/// The saved calibration of all zooms, to be freed. With the call's message ERROR_MISSING: none is
+/// saved, or one of a single state; ERROR_MISMATCH: of another instrument. The rig's thread only.
 struct zoom_calibration;
 int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom);
 
@@ -138,10 +138,10 @@ void commands_calibration_now(const struct command_call *call,
                               struct calibration_match_state *state);
 
 /// Whether a calibration of all zooms is of this instrument and its cameras, as far as they are
-/// known: 0, also where it is not but `accepted`, or ERROR_MISMATCH with the call's message. Its
-/// axes may stand anywhere. The rig's thread only.
-int commands_calibration_check_zoom(const struct command_call *call,
-                                    const struct zoom_calibration *zoom, bool accepted);
+/// known (not before the bring-up): 0, or ERROR_MISMATCH with the call's message. The rig's thread
+/// only.
+int commands_calibration_check_rig(const struct command_call *call,
+                                   const struct zoom_calibration *zoom);
 
 /// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
 /// of `status`, with the reason if not. The rig's thread only.

@@ -226,6 +226,33 @@ static int read_lenses(const struct command_call *call) {
     return error;
 }
 
+/// What a calibration of all zooms says of its instrument and cameras.
+static void take_rig(const struct zoom_calibration *zoom, struct calibration *of_rig) {
+    memset(of_rig, 0, sizeof *of_rig);
+    of_rig->has_origin = true;
+    memcpy(of_rig->origin.instrument, zoom->instrument, sizeof zoom->instrument);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        memcpy(of_rig->origin.side[side].camera, zoom->camera[side].name,
+               sizeof zoom->camera[side].name);
+    }
+}
+
+int commands_calibration_check_rig(const struct command_call *call,
+                                   const struct zoom_calibration *zoom) {
+    struct calibration_match_state state;
+    struct calibration of_rig;
+    struct message message;
+    if (call->rig->state != RIG_READY) {
+        return ERROR_OK;
+    }
+    take_rig(zoom, &of_rig);
+    commands_calibration_now(call, &state);
+    return calibration_match(&of_rig, &state, NULL, &message) == ERROR_MISMATCH
+               ? command_fail(call, ERROR_MISMATCH, "%s (\"calibration set\" that of this one)",
+                              message.text)
+               : ERROR_OK;
+}
+
 int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom) {
     struct message message;
     int error;
@@ -242,7 +269,15 @@ int commands_calibration_zoom(const struct command_call *call, struct zoom_calib
     error =
         calibration_at_read_zoom("the saved calibration", text->data, text->length, zoom, &message);
     free(text);
-    return error == ERROR_OK ? ERROR_OK : command_fail(call, error, "%s", message.text);
+    if (error != ERROR_OK) {
+        return command_fail(call, error, "%s", message.text);
+    }
+    error = commands_calibration_check_rig(call, *zoom);
+    if (error != ERROR_OK) {
+        free(*zoom);
+        *zoom = NULL;
+    }
+    return error;
 }
 
 /// The identifier of a text, which need not be valid otherwise.
@@ -453,19 +488,6 @@ static int check_one(const struct command_call *call, const char *name,
     return error == ERROR_OK ? record_axes(call, &calibration, text, recorded) : error;
 }
 
-int commands_calibration_check_zoom(const struct command_call *call,
-                                    const struct zoom_calibration *zoom, bool accepted) {
-    struct calibration of_rig;
-    memset(&of_rig, 0, sizeof of_rig);
-    of_rig.has_origin = true;
-    memcpy(of_rig.origin.instrument, zoom->instrument, sizeof zoom->instrument);
-    for (int side = 0; side < RIG_SIDES; side++) {
-        memcpy(of_rig.origin.side[side].camera, zoom->camera[side].name,
-               sizeof zoom->camera[side].name);
-    }
-    return check_match(call, &of_rig, accepted);
-}
-
 /// Checks a zoom calibration: that it is of this instrument and its cameras.
 static int check_zoom(const struct command_call *call, const char *name,
                       const struct calibration_text *text) {
@@ -475,8 +497,10 @@ static int check_zoom(const struct command_call *call, const char *name,
     if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
     }
-    error = commands_calibration_check_zoom(call, zoom, command_is_set(&call->values[ACCEPT]));
+    struct calibration of_rig;
+    take_rig(zoom, &of_rig);
     free(zoom);
+    error = check_match(call, &of_rig, command_is_set(&call->values[ACCEPT]));
     return error;
 }
 

@@ -207,9 +207,8 @@ static int check_ready(struct measuring *self) {
         return ERROR_OK;
     }
     self->space_checked = true;
-    const int error = self->zoom != NULL
-                          ? commands_calibration_check_zoom(self->call, self->zoom, false)
-                          : ERROR_OK;
+    const int error =
+        self->zoom != NULL ? commands_calibration_check_rig(self->call, self->zoom) : ERROR_OK;
     return error != ERROR_OK ? error : space_check_frames(self->call, &frames);
 }
 

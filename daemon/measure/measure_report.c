@@ -59,7 +59,7 @@ void measure_report_surface(struct measure_report *self, const struct reconstruc
     const double pixels = (double)share.measured + share.missed;
     event->surface.share = pixels > 0 ? share.measured / pixels : 0;
     event->surface.hole = event->surface.share < MEASURE_SHARE_WHOLE && share.hole != REASON_VALID
-                              ? reason_text(share.hole)
+                              ? reason_text((int)share.hole)
                               : NULL;
     event->surface.with_used = context->with_pair_used;
     event->misfit =

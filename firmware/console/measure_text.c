@@ -74,7 +74,7 @@ static void add_losses(struct command_text *text, uint32_t losses) {
 // "no texture: nothing to match" as "no texture".
 static void add_hole(struct command_text *text, const char *why) {
     if (why != NULL) {
-        command_text_add(text, ", holes mostly by: ");
+        command_text_add(text, ", holes mostly: ");
         for (; *why != '\0' && *why != ':'; why++) {
             const char letter[2] = {*why, '\0'};
             command_text_add(text, letter);

@@ -16,7 +16,7 @@ const char *measure_why_text(enum measure_why why);
 const char *measure_loss_text(enum measure_loss loss);
 const char *measure_advice_text(enum measure_advice advice);
 
-/// "zoom: both see 363 mm at 1802 mm: 31.6 px/mm^2, 0.99 mm a px of disparity".
+/// "zoom: both see 363 mm at 1802 mm: 31.6 px/mm^2, 0.99 mm per px of disparity".
 void measure_text_add_step(struct command_text *text, const struct measure_step *step);
 
 /// One sentence: what the result is good for, what it lost, what would make it better; of one

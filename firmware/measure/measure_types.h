@@ -49,7 +49,7 @@ enum measure_phase {
 /// Why a step is taken. X(name, text); each # is one of the reason's numbers.
 #define MEASURE_WHY_LIST(X)                                                                       \
     X(NOT_READY, "the instrument is not up")                                                      \
-    X(AHEAD, "the servos were not set since the bring-up: both to # mm ahead")                    \
+    X(AHEAD, "the servos have not been set since the bring-up: both aim # mm ahead")              \
     X(FIND, "the widest view, to find the subject")                                               \
     X(WIDE_SHARP, "f/#: most depths are sharp at the widest zoom")                                \
     X(SEE, "so that its texture shows")                                                           \
@@ -58,27 +58,27 @@ enum measure_phase {
     X(FOCUS_LOST, "the wide view showed no surface")                                              \
     X(FOCUS_KNOWN, "# mm by the coarse surface")                                                  \
     X(DISTANCE, "distance and depth of the subject")                                              \
-    X(AIM, "the subject is at # mm, # mm to the right: it leaves the view when zoomed")           \
+    X(AIM, "the subject is at # mm, # mm to the right: it would leave the zoomed view")           \
     X(AIM_AGAIN, "the servos came to rest with only # % of the view around the subject")          \
-    X(PAN_RESTS, "from here on pan rests, so that both zooms show the same cameras")              \
-    X(ZOOM_FIT, "both see # mm at # mm: # px/mm^2, # mm a px of disparity")                       \
-    X(ZOOM_DENSITY, "# px/mm^2 at # mm: both see # mm, # mm a px of disparity")                   \
+    X(PAN_RESTS, "pan rests from here on, so that both zooms have the same cameras")              \
+    X(ZOOM_FIT, "both see # mm at # mm: # px/mm^2, # mm per px of disparity")                     \
+    X(ZOOM_DENSITY, "# px/mm^2 at # mm: both see # mm, # mm per px of disparity")                 \
     X(ZOOM_NEAREST, "the wish is out of reach; nearest to it both see # mm at # mm: # px/mm^2")   \
     X(ZOOM_FACTOR, "#x as requested: both see # mm, # px/mm^2")                                   \
     X(IRIS_NEEDED, "f/#: sharp from # to # mm")                                                   \
-    X(IRIS_OPEN, "f/# is open, and sharp from # to # mm")                                         \
+    X(IRIS_OPEN, "f/# is fully open: sharp from # to # mm")                                       \
     X(IRIS_DIFFRACTION, "f/#: closed further, diffraction would blur more; sharp from # to # mm") \
-    X(IRIS_CLOSED, "f/# is closed: sharp from # to # mm only")                                    \
+    X(IRIS_CLOSED, "f/# is as far as it closes: sharp from # to # mm only")                       \
     X(IRIS_LIGHT, "f/#: closed further, it would be too dark; sharp from # to # mm")              \
     X(FOCUS_NEAR, "expected at # mm")                                                             \
-    X(FOCUS_MIDDLE, "the middle of # to # mm, as sharp at both ends")                             \
-    X(FOCUS_CALIBRATED, "no focus found: where the calibration has # mm")                         \
+    X(FOCUS_MIDDLE, "between # and # mm, so that both ends are equally sharp")                    \
+    X(FOCUS_CALIBRATED, "no focus was found: to # mm by the calibration")                         \
     X(LIGHT_KEEPS_IRIS, "exposure and gain only: the iris is for the depth")                      \
     X(LIGHT_OPENS_IRIS, "too dark at f/#: light before depth")                                    \
     X(TAKE, "the pair to measure")                                                                \
     X(AGAIN, "something moved during the last one")                                               \
-    X(BRACKET, "# % of it is dark: # exposures")                                                  \
-    X(AVERAGE, "# % of it is dark, or the gain is #: mean of # frames")                           \
+    X(BRACKET, "# % of the subject is dark: # exposures")                                         \
+    X(AVERAGE, "# % of the subject is dark, at a gain of #: mean of # frames")                    \
     X(OTHER_ZOOM, "#x: a second zoom shows where the cameras point")                              \
     X(COMPUTE, "from # to # mm")                                                                  \
     X(COMPUTE_ALL, "all depths")                                                                  \

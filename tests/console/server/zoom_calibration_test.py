@@ -68,6 +68,10 @@ class ZoomCalibration(DaemonTest):
         works("bringup")
         refused("calibration set other.zoom", "MISMATCH", "other", "rig")
         refused("aim distance=1800", "MISSING", "calibration set")
+        # What was accepted for the pairs to come does not turn or zoom by another rig's angles.
+        works("calibration set other.zoom accept-mismatch=yes")
+        for command in ("aim distance=1800", "zoom fit=300 distance=1800", "measure cup fit=300"):
+            refused(command, "MISMATCH", "other", "rig", "calibration set")
         shown = works("calibration set instrument.zoom")
         self.assertEqual((shown["id"], shown["left"]["zoom_max"]), ("default-rig", 850))
         self.assertEqual(works("calibration")["id"], "default-rig")

@@ -274,7 +274,7 @@ TEST_CASE("steps and results in words") {
     text = command_text_begin(bytes, sizeof bytes);
     measure_text_add_result(&text, &result);
     CHECK(std::string(bytes).find("into the view: 3.1 -> 0.8 mm") != std::string::npos);
-    CHECK(std::string(bytes).find("measured, holes mostly by: no texture; better") !=
+    CHECK(std::string(bytes).find("measured, holes mostly: no texture; better") !=
           std::string::npos);
     for (int why = 0; why < MEASURE_WHYS; why++) {
         const std::string template_text = measure_why_text(static_cast<measure_why>(why));
