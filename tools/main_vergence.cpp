@@ -62,6 +62,7 @@ const client_command commands[] = {
     {"evaluate", "compare a result with the ground truth", command_evaluate, nullptr},
     {"info", "explain a calibration, a result or a session", command_info, nullptr},
     {"export", "write the pairs of a session as pictures", export_command_run, nullptr},
+    {"view", "show live in the browser what the cameras see", command_view, nullptr},
     {"replay", "play a recording again and compare the pairs", replay_command_run, nullptr},
     {"simulate", "start a simulated rig, or show what it would see", command_simulate, nullptr},
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/client/remote.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <poll.h>
 #include <stdarg.h>
@@ -147,6 +148,26 @@ int remote_receive(struct remote *self, int limit_ms, char **text) {
             self->service(self);
         }
     }
+}
+
+bool remote_receive_bytes(struct remote *remote, void *data, size_t bytes) {
+    struct remote_line *self = &remote->line;
+    INVARIANT(!self->serial && !self->script);
+    const size_t buffered = self->filled - self->used;
+    const size_t first = bytes < buffered ? bytes : buffered;
+    memcpy(data, self->data + self->used, first);
+    self->used += first;
+    for (size_t have = first; have < bytes;) {
+        const ssize_t got = read(self->fd, (char *)data + have, bytes - have);
+        struct pollfd readable = {.fd = self->fd, .events = POLLIN};
+        if (got > 0) {
+            have += (size_t)got;
+        } else if (got == 0 || (errno != EAGAIN && errno != EINTR) ||
+                   (poll(&readable, 1, -1) < 0 && errno != EINTR)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 /// Whether a line rejects the client; the daemon sends it as text, before it knows the client's

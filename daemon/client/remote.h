@@ -56,6 +56,9 @@ void remote_interrupt(struct remote *self);
 /// ERROR_DEVICE.
 int remote_receive(struct remote *self, int limit_ms, char **text);
 
+/// Receives exactly `bytes` bytes, which follow an answer over a socket. False: connection lost.
+bool remote_receive_bytes(struct remote *self, void *data, size_t bytes);
+
 /// Shows a line of an answer; may change `text` until it returns.
 typedef void remote_show(struct remote *self, void *cookie, const char *text);
 

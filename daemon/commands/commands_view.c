@@ -245,6 +245,7 @@ static int put_picture(struct view *self, const char *calibration, size_t length
     const size_t pixels = self->picture.row_bytes * (size_t)self->picture.height_px;
     struct job *job = job_of(call);
     reply_number(call, "channels", self->picture.channels, 0, NULL);
+    reply_number(call, "step", self->look[RIG_LEFT].skip * shrink_of(self), 0, "px");
     reply_number(call, "calibration_bytes", (double)length, 0, "bytes");
     reply_number(call, "bytes", (double)(pixels + length), 0, "bytes");
     uint8_t *data = realloc(self->picture.pixels, pixels + length);

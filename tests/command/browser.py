@@ -102,9 +102,10 @@ class Browser:
             {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
 
     def open(self, path, ready="document.readyState === 'complete'", timeout_s=60):
-        """Loads a file and waits until the expression `ready` is true."""
+        """Loads a file, or an address, and waits until the expression `ready` is true."""
         self.events.clear()
-        self.call("Page.navigate", url="file://" + os.path.abspath(path))
+        self.call("Page.navigate",
+                  url=path if "://" in path else "file://" + os.path.abspath(path))
         deadline = time.monotonic() + timeout_s
         # There may be no document while the page is replaced.
         while not self.evaluate(f"document.documentElement !== null && ({ready})"):

@@ -74,6 +74,9 @@ struct adjust_target;
 int command_measure(int argc, char **argv,
                     int (*reconstruct)(int argc, char **argv, const adjust_target *target));
 
+/// `vergence view`: what the cameras see, live in the browser.
+int command_view(int argc, char **argv);
+
 /// `vergence simulate`: executes the simulated rig, if it was built.
 int command_simulate(int argc, char **argv);
 

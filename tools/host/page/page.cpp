@@ -14,6 +14,7 @@ std::string page_make(const page_parts &parts) {
     return report_text_fill(page_frame,
                             {{"title", parts.title},
                              {"images", parts.pictures_beside ? "'self' file:" : "data:"},
+                             {"connect", parts.live ? "'self'" : "'none'"},
                              {"style", page_style + std::string(parts.style)},
                              {"meta", parts.meta},
                              {"body", parts.body},

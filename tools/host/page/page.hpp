@@ -18,6 +18,7 @@ struct page_parts {
     const char *style = "";        // CSS beyond that of all pages
     const char *script = "";       // run after that of all pages, inside the same function
     bool pictures_beside = false;  // pictures are files next to the page; else they are inside
+    bool live = false;             // the scripts ask the server that the page is from
 };
 
 /// The complete document: it needs no network.

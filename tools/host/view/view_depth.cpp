@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/view/view_depth.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "core/error.h"
+#include "daemon/base/workers.h"
+#include "daemon/session/calibration_match.h"
+#include "stereo/reconstruct.h"
+#include "tools/host/view/view_source.hpp"
+
+namespace {
+
+using nlohmann::json;
+
+/// The matched size: half of 640 x 480 px, and not more of larger pictures.
+constexpr double width_wanted_px = 320;
+constexpr double scale_min = 0.25, scale_max = 0.5;
+constexpr int row_lines = 9, row_step_px = 8;
+
+/// One half of the picture as the reconstruction takes it: grey, by BT.601 as everywhere.
+void take_half(const view_picture &picture, int side, std::vector<std::uint16_t> *grey) {
+    const int width = picture.width_px / 2;
+    const auto row_values = static_cast<std::size_t>(picture.width_px * picture.channels);
+    grey->resize(static_cast<std::size_t>(width * picture.height_px));
+    std::uint16_t *to = grey->data();
+    for (int y = 0; y < picture.height_px; y++) {
+        const std::uint8_t *from = picture.pixels.data() +
+                                   static_cast<std::size_t>(y) * row_values +
+                                   static_cast<std::size_t>(side * width * picture.channels);
+        for (int x = 0; x < width; x++, from += picture.channels) {
+            *to++ = static_cast<std::uint16_t>(
+                picture.channels == 1 ? from[0]
+                                      : (77 * from[0] + 150 * from[1] + 29 * from[2] + 128) >> 8);
+        }
+    }
+}
+
+/// Columns of one rectified row in the raw picture, every few pixels: [x, y, x, y, ...].
+json trace(const rectify_table &table, int y, std::vector<std::int32_t> *work) {
+    const auto width = static_cast<std::size_t>(table.width_px);
+    constexpr double one_q16 = 65536;
+    json line = json::array();
+    work->resize(4 * width);
+    const rectify_extent extent = rectify_row_extent(&table, y, work->data() + 2 * width);
+    rectify_row_coordinates(&table, y, work->data(), work->data() + width);
+    for (int x = extent.span.begin; x < extent.span.end; x += row_step_px) {
+        const auto at = static_cast<std::size_t>(x);
+        line.push_back(std::round(10 * (*work)[at] / one_q16) / 10);
+        line.push_back(std::round(10 * (*work)[width + at] / one_q16) / 10);
+    }
+    return line;
+}
+
+template <class Image>
+void append(const Image &image, std::string *bytes) {
+    const auto row_bytes = static_cast<std::size_t>(image.width) * sizeof *image.data;
+    for (int y = 0; y < image.height; y++) {
+        bytes->append(reinterpret_cast<const char *>(image.data + y * image.stride), row_bytes);
+    }
+}
+
+}  // namespace
+
+struct view_depth_maker::state {
+    workers *pool = workers_create(0);
+    std::vector<std::uint16_t> half[2];
+    std::vector<unsigned char> memory;
+    std::string text;  ///< of the calibration below
+    double near_mm = 0, far_mm = 0;
+    calibration rig{};
+    reconstruct_options options{};
+    rectify_plan plan{};
+    json rows;
+    int error = ERROR_MISSING;
+
+    void prepare(const view_picture &picture, double near_now_mm, double far_now_mm);
+    void trace_rows();
+    json describe(const reconstruct_result &result, double ms) const;
+};
+
+/// Curves in the left and the right raw picture that the calibration takes for the same row.
+void view_depth_maker::state::trace_rows() {
+    rows = json::array();
+    std::vector<std::int32_t> work;
+    std::vector<unsigned char> space(2 * rectify_table_need_bytes(&plan) + 4096);
+    arena tables;
+    rectify_table table[2];
+    arena_init(&tables, space.data(), space.size());
+    if (rectify_table_make(&plan, &rig, RECTIFY_LEFT, &tables, &table[0]) != ERROR_OK ||
+        rectify_table_make(&plan, &rig, RECTIFY_RIGHT, &tables, &table[1]) != ERROR_OK) {
+        return;
+    }
+    for (int i = 0; i < row_lines; i++) {
+        const int y = (2 * i + 1) * plan.height_px / (2 * row_lines);
+        rows.push_back({trace(table[0], y, &work), trace(table[1], y, &work)});
+    }
+}
+
+/// Does once what depends on the calibration and the depths alone.
+void view_depth_maker::state::prepare(const view_picture &picture, double near_now_mm,
+                                      double far_now_mm) {
+    if (text == picture.calibration && near_now_mm == near_mm && far_now_mm == far_mm) {
+        return;
+    }
+    text = picture.calibration;
+    near_mm = near_now_mm;
+    far_mm = far_now_mm;
+    options = reconstruct_default_options();
+    options.rectify.depth_near_mm = near_mm;
+    options.rectify.depth_far_mm = far_mm;
+    options.rectify.scale =
+        std::clamp(2 * width_wanted_px / picture.width_px, scale_min, scale_max);
+    options.preset = MATCH_PRESET_FAST;
+    options.recompute_surface = true;
+    error = calibration_parse(text.data(), text.size(), &rig, nullptr);
+    error = error == ERROR_OK ? rectify_plan_make(&rig, &options.rectify, &plan) : error;
+    if (error == ERROR_OK) {
+        trace_rows();
+        memory.resize(reconstruct_need_bytes(picture.width_px / 2, &plan, &options,
+                                             workers_parallel(pool)->threads));
+    }
+}
+
+json view_depth_maker::state::describe(const reconstruct_result &result, double ms) const {
+    const triangulate_vertical &vertical = result.vertical;
+    const auto pixels = static_cast<double>(plan.width_px) * plan.height_px;
+    const double valid = result.reason_count[REASON_VALID];
+    json reasons = json::array();
+    for (int i = 0; i < REASON_COUNT; i++) {
+        reasons.push_back({reason_text(i), result.reason_count[i] / pixels});
+    }
+    const double middle_mm = std::isfinite(plan.depth_far_mm)
+                                 ? 2 / (1 / plan.depth_near_mm + 1 / plan.depth_far_mm)
+                                 : 2 * plan.depth_near_mm;
+    return {{"width", plan.width_px},
+            {"height", plan.height_px},
+            {"scale", options.rectify.scale},
+            {"f", plan.f_px},
+            {"baseline", plan.baseline_mm},
+            {"offset", plan.cx_left_px - plan.cx_right_px},
+            {"near", plan.depth_near_mm},
+            {"far", std::isfinite(plan.depth_far_mm) ? json(plan.depth_far_mm) : json()},
+            {"share", valid / pixels},
+            {"reasons", reasons},
+            {"common_sigma", calibration_match_sigma_mm(&rig, nullptr, nullptr, middle_mm)},
+            {"common_at", middle_mm},
+            {"vertical",
+             {{"samples", vertical.samples},
+              {"median", vertical.median_px},
+              {"trend", vertical.trend_px},
+              {"curve", vertical.curve_px}}},
+            {"rows", rows},
+            {"ms", ms}};
+}
+
+view_depth_maker::view_depth_maker() : state_(new state) {}
+
+view_depth_maker::~view_depth_maker() {
+    workers_destroy(state_->pool);
+}
+
+std::shared_ptr<view_depth> view_depth_maker::make(const view_picture &picture, double near_mm,
+                                                   double far_mm) {
+    const auto begin = std::chrono::steady_clock::now();
+    auto depth = std::make_shared<view_depth>();
+    if (!picture.error.empty() || picture.calibration.empty()) {
+        depth->error = !picture.error.empty() ? picture.error : picture.without;
+        return depth;
+    }
+    state &self = *state_;
+    if (self.pool == nullptr) {
+        depth->error = "out of memory";
+        return depth;
+    }
+    self.prepare(picture, near_mm, far_mm);
+    int error = self.error;
+    reconstruct_result result{};
+    raw_image raw[2];
+    for (int side = 0; side < 2 && error == ERROR_OK; side++) {
+        take_half(picture, side, &self.half[side]);
+        raw[side] = {};
+        raw[side].data = self.half[side].data();
+        raw[side].width_px = picture.width_px / 2;
+        raw[side].height_px = picture.height_px;
+        raw[side].stride = raw[side].width_px;
+        raw[side].bits = 8;
+        raw[side].layout = RAW_GREY;
+    }
+    if (error == ERROR_OK) {
+        reconstruct_environment environment{};
+        environment.parallel = workers_parallel(self.pool);
+        arena lent;
+        arena_init(&lent, self.memory.data(), self.memory.size());
+        error = reconstruct_run(&raw[0], &raw[1], &self.rig, &self.plan, &self.options,
+                                &environment, &lent, &result);
+    }
+    if (error != ERROR_OK && error != ERROR_NO_SURFACE) {
+        depth->error = std::string("no depth: ") + error_text(error);
+        return depth;
+    }
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+    json header = self.describe(result, std::round(10 * took.count()) / 10);
+    header["picture"] = picture.number;
+    depth->bytes = header.dump() + "\n";
+    append(result.match.disparity_q8, &depth->bytes);
+    image_u16 sigma = result.sigma_q8;
+    if (sigma.data == nullptr) {
+        depth->bytes.append(2 * static_cast<std::size_t>(self.plan.width_px * self.plan.height_px),
+                            '\0');
+    } else {
+        append(sigma, &depth->bytes);
+    }
+    append(result.match.reason, &depth->bytes);
+    append(result.left, &depth->bytes);
+    append(result.right, &depth->bytes);
+    return depth;
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a view leaves behind: surfaces of captured pairs with their reports, and fetched files.
+#ifndef VERGENCE_TOOLS_HOST_VIEW_VIEW_RESULTS_HPP
+#define VERGENCE_TOOLS_HOST_VIEW_VIEW_RESULTS_HPP
+
+#include <string>
+
+class view_source;
+
+struct view_settings {
+    int port = 0;             ///< 0: any
+    std::string out;          ///< directory of what is fetched and made; created when needed
+    std::string calibration;  ///< for surfaces; "": that of the session
+    double near_mm = 0, far_mm = 0;
+};
+
+/// Makes the surface of a session of an instrument, or of the pair of this number of a recorded
+/// one, by `vergence reconstruct`. Returns the answer for the page: JSON with the path of the
+/// report, or an error.
+std::string view_surface_make(view_source *source, const view_settings &settings,
+                              const std::string &session);
+
+struct view_result {
+    std::string content;
+    const char *type = "";
+    bool ours = false;  ///< made by this program, scripts included
+};
+
+/// Reads "out/NAME", the report of a surface, or "file/NAME", a file of the instrument. False with
+/// one sentence.
+bool view_result_read(view_source *source, const view_settings &settings, const std::string &path,
+                      view_result *result, std::string *error);
+
+#endif
