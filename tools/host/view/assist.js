@@ -83,6 +83,7 @@ function showAssist(image, region) {
   element('light').textContent = 'Clipped: left ' + (100 * levels[0].clipped).toFixed(1) + ' %, right ' + (100 * levels[1].clipped).toFixed(1) + ' %';
   if (!region) return;
   halves.forEach((half, i) => { focusCurve[i].push(focusOf(half, region)); if (focusCurve[i].length > 200) focusCurve[i].shift(); });
+  element('curve').hidden = false;
   plot(element('curve'), focusCurve.map((values, i) => ({values, colour: colours[i]})));
   element('sharp').textContent = 'Focus of ' + region.w + ' × ' + region.h + ' px: left ' + focusCurve[0].at(-1).toFixed(2) + ' (best ' + Math.max(...focusCurve[0]).toFixed(2) + '), right ' + focusCurve[1].at(-1).toFixed(2) + ' (best ' + Math.max(...focusCurve[1]).toFixed(2) + ')';
 }

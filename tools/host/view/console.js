@@ -77,18 +77,17 @@ async function autofocus() {
   }
 }
 
-const pan = {left: 0, right: 0};
 async function turnBy(degrees) {
-  const answer = await send('pan ' + (pan.left + degrees).toFixed(3) + ' right=' + (pan.right + degrees).toFixed(3));
-  if (answer && answer.ok) Object.assign(pan, answer.result);
+  const now = await ask('pan');
+  const at = (side) => ((now && now.ok && now.result[side]) || 0) + degrees;
+  return send('pan ' + at('left').toFixed(3) + ' right=' + at('right').toFixed(3));
 }
 
 /** Turns both cameras to put the pixel that was clicked into the middle. */
 async function aimAt(at) {
   setAiming(false);
-  await showState();
-  const {status} = stage;
-  const focal = status && status.left && status.left.focal_length;
+  const zoom = await ask('zoom');
+  const focal = zoom && zoom.ok && zoom.result.left && zoom.result.left.focal_length;
   if (!focal || at.pane.kind !== 'picture') { logLine('aim', 'this instrument has no pan, or click into a picture', true); return; }
   const PIXEL_MM = 0.0032;  // of the MT9T001
   const apart = (at.x - at.pane.w / 2) * stage.about.step * PIXEL_MM / focal;
@@ -136,6 +135,17 @@ function makeControls() {
   box.append(wide);
 }
 
+/** Rows of a table: what both cameras have in two columns, everything else in one. */
+function stateRows(result, units) {
+  const cell = (kind, text, columns) => Object.assign(document.createElement(kind), {textContent: text, colSpan: columns || 1});
+  const row = (...cells) => { const tr = document.createElement('tr'); tr.append(...cells); return tr; };
+  const {left = {}, right = {}, ...rest} = result;
+  const sides = [...new Set([...Object.keys(left), ...Object.keys(right)])].filter((key) => !key.endsWith('_sigma'));
+  return [...Object.keys(rest).map((key) => row(cell('th', key), cell('td', flat(rest[key], units, key), 2))),
+    ...(sides.length ? [row(cell('th', ''), cell('td', 'left'), cell('td', 'right'))] : []),
+    ...sides.map((key) => row(cell('th', key.replaceAll('_', ' ')), cell('td', flat(left[key] ?? '', units, 'left.' + key)), cell('td', flat(right[key] ?? '', units, 'right.' + key))))];
+}
+
 let stateAsked = false;
 async function showState() {
   if (stateAsked || !facts.live) return;
@@ -143,12 +153,7 @@ async function showState() {
   try {
     const answer = await ask('status');
     if (answer && answer.ok) {
-      stage.status = answer.result;
-      for (const side of ['left', 'right']) pan[side] = (answer.result[side] || {}).pan || 0;
-      const rows = [];
-      const walk = (value, path) => { for (const [key, v] of Object.entries(value)) { const name = path ? path + '.' + key : key; if (v && typeof v === 'object') walk(v, name); else rows.push([name, String(v) + (answer.units && answer.units[name] ? ' ' + answer.units[name] : '')]); } };
-      walk(answer.result, '');
-      element('state').replaceChildren(...rows.map(([name, text]) => { const tr = document.createElement('tr'); tr.append(Object.assign(document.createElement('th'), {textContent: name.replaceAll('.', ' ')}), Object.assign(document.createElement('td'), {textContent: text})); return tr; }));
+      element('state').replaceChildren(...stateRows(answer.result, answer.units || {}));
     }
   } catch (error) { /* the pictures report it */ }
   stateAsked = false;

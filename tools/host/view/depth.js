@@ -64,7 +64,7 @@ function rowsGrade(about) {
   const px = Math.max(trend, curve) / about.scale;
   if (samples < 50) return ['fair', 'rows not known: too little texture in both pictures'];
   const figure = 'rows ' + (median / about.scale).toFixed(2) + ' px apart (median), ' + px.toFixed(2) + ' px of it systematic';
-  return px < 0.5 ? ['good', figure] : px < 1.5 ? ['fair', figure + ': fair; calibrate again for exact depths'] : ['bad', figure + ': the cameras have moved, or the calibration is of another state: calibrate again'];
+  return px < 0.5 ? ['good', figure] : px < 1.5 ? ['fair', figure + ': a capture is corrected by its own matches'] : ['bad', figure + ': the cameras stand otherwise than calibrated. A capture is corrected by its own matches; else calibrate again'];
 }
 
 function showDepth(depth) {

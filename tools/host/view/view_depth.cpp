@@ -18,9 +18,9 @@ namespace {
 
 using nlohmann::json;
 
-/// The matched size: half of 640 x 480 px, and not more of larger pictures.
+/// The matched size: half of 640 x 480 px, and a smaller part of larger pictures.
 constexpr double width_wanted_px = 320;
-constexpr double scale_min = 0.25, scale_max = 0.5;
+constexpr double scale_min = 0.25, scale_max = 1;
 constexpr int row_lines = 9, row_step_px = 8;
 
 /// One half of the picture as the reconstruction takes it: grey, by BT.601 as everywhere.

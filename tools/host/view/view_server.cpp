@@ -7,6 +7,7 @@
 #include <cstring>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "daemon/base/monotonic.h"
 #include "tools/host/formats/colormap.hpp"
@@ -325,10 +326,14 @@ bool view_server::start(view_source *source, const view_settings &settings, std:
     callbacks.begin_request = [](mg_connection *client) {
         const mg_request_info *const request = mg_get_request_info(client);
         auto *const server = static_cast<state *>(request->user_data);
-        std::string path;
-        if (server->admits(client, request, &path)) {
-            server->serve(client, request, path);
-        }
+        // On a stack of the default size: the library's threads have 100 kB, less than a file
+        // takes.
+        std::thread([&] {
+            std::string path;
+            if (server->admits(client, request, &path)) {
+                server->serve(client, request, path);
+            }
+        }).join();
         return 200;
     };
     callbacks.log_message = [](const mg_connection *, const char *) { return 1; };

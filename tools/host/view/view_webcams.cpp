@@ -80,10 +80,15 @@ bool view_webcams::start(const std::string &program, const std::string &left,
             return false;
         }
     }
-    child_ = spawn({program, "profile=two-cameras", "left_camera=" + left, "right_camera=" + right,
-                    "socket=" + folder_ + "/v.sock", "files=" + out + "/files",
-                    "store=" + out + "/store", "log=" + log, "tcp_port=none", "console=none"},
-                   -1);
+    // Its log is what it prints, from the first error in its settings on.
+    const int log_fd = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    child_ = spawn({program, "--config", "/dev/null", "profile=two-cameras", "left_camera=" + left,
+                    "right_camera=" + right, "socket=" + folder_ + "/v.sock",
+                    "files=" + out + "/files", "store=" + out + "/store", "log=none"},
+                   log_fd);
+    if (log_fd >= 0) {
+        close(log_fd);
+    }
     if (child_ < 0) {
         *error = std::string("cannot start vergenced: ") + std::strerror(errno);
         return false;
