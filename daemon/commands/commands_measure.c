@@ -133,7 +133,8 @@ static void run_surface(struct measuring *self) {
     self->event.error = surface_run_beside(self->run, self->call);
     snprintf(self->why, sizeof self->why, "%s", self->run->message);
     if (self->event.error == ERROR_NO_SURFACE) {
-        measure_report_no_surface(&self->run->job.context, self->why, sizeof self->why);
+        measure_report_no_surface(&self->run->job.context, &self->machine.request, self->why,
+                                  sizeof self->why);
     }
     self->report.computing_seconds += (double)(monotonic_now_us() - begin_us) / us_per_s;
 }

@@ -66,33 +66,36 @@ void measure_report_surface(struct measure_report *self, const struct reconstruc
         context->self_calibrated && context->self_calibration.health == ADJUST_CALIBRATE;
 }
 
-void measure_report_no_surface(const struct reconstruct_context *context, char *text, size_t size) {
+void measure_report_no_surface(const struct reconstruct_context *context,
+                               const struct measure_request *request, char *text, size_t size) {
     const uint32_t *count = context->result->reason_count;
+    const uint32_t unmatched =
+        count[REASON_OCCLUDED] + count[REASON_NO_TEXTURE] + count[REASON_AMBIGUOUS];
     struct message cause;
     if (reconstruct_pictures_explain(context, &cause)) {
         snprintf(text, size, "%s", cause.text);
-        return;
+    } else if (count[REASON_OUT_OF_RANGE] > unmatched) {
+        snprintf(text, size, "nothing within the depths searched (state %snear and far)",
+                 request->far_mm > 0 ? "other " : "");
+    } else {
+        snprintf(text, size,
+                 "no texture in view, as what is blank, transparent or a mirror has none (give it "
+                 "texture)");
     }
-    const uint32_t unmatched =
-        count[REASON_OCCLUDED] + count[REASON_NO_TEXTURE] + count[REASON_AMBIGUOUS];
-    snprintf(text, size, "%s",
-             count[REASON_OUT_OF_RANGE] > unmatched
-                 ? "nothing within the depths searched (state near and far)"
-                 : "no texture in view: what is blank, transparent or a mirror has none");
 }
 
 void measure_report_no_subject(const struct measure_request *request, char *text, size_t size) {
-    const int length = snprintf(text, size, "nothing with texture %s",
-                                request->has_place ? "at that place" : "in the middle of the view");
-    if (request->far_mm > 0 && length > 0 && (size_t)length < size) {
-        snprintf(text + length, size - (size_t)length, ", from %.0f to %.0f mm", request->near_mm,
+    char depths[60] = "";
+    if (request->far_mm > 0) {
+        snprintf(depths, sizeof depths, ", from %.0f to %.0f mm", request->near_mm,
                  request->far_mm);
     }
+    snprintf(text, size, "nothing with texture %s%s (aim at it, or give it texture)",
+             request->has_place ? "at that place" : "in the middle of the view", depths);
 }
 
 void measure_report_failure(const struct measure_report *self, const struct measure_result *result,
                             const char *session, const char *why, char *text, size_t size) {
-    const bool advised = result->advice != MEASURE_ADVICE_NOTHING;
     static const char own[] = "measure: ";  // of what is checked for this command, too
     const size_t lead = strncmp(why, own, sizeof own - 1) == 0 ? sizeof own - 1 : 0;
     char pairs_left[256] = "";
@@ -100,12 +103,12 @@ void measure_report_failure(const struct measure_report *self, const struct meas
         snprintf(pairs_left, sizeof pairs_left, "; %.60s has %u pair%s (\"reconstruct %.60s\")",
                  session, self->captures, self->captures > 1 ? "s" : "", session);
     }
-    snprintf(text, size, "%s: %s%.600s%s%s%s", measure_phase_text(result->phase),
+    snprintf(text, size, "%s: %s%.600s%s", measure_phase_text(result->phase),
              result->error == ERROR_NO_SURFACE ? "no surface: " : "",
              result->error == ERROR_CANCELLED ? "cancelled"
              : why[0] != '\0'                 ? why + lead
                                               : error_text(result->error),
-             advised ? ": " : "", advised ? measure_advice_text(result->advice) : "", pairs_left);
+             pairs_left);
 }
 
 // ---- the answer

@@ -54,7 +54,8 @@ void measure_report_surface(struct measure_report *self, const struct reconstruc
                             const struct measure_depths *depths, struct measure_event *event);
 
 /// Why a pair has no surface, and what to do if that is known.
-void measure_report_no_surface(const struct reconstruct_context *context, char *text, size_t size);
+void measure_report_no_surface(const struct reconstruct_context *context,
+                               const struct measure_request *request, char *text, size_t size);
 
 /// That a surface does not show the subject.
 void measure_report_no_subject(const struct measure_request *request, char *text, size_t size);

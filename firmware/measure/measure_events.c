@@ -101,6 +101,7 @@ static enum measure_outcome take_light(struct measure *self, const struct measur
         self->light_f_number = self->f_number;
     }
     const bool dark = reached < MEASURE_DARK_REACHED;
+    self->dark = dark;
     if (self->phase != MEASURE_LIGHT) {
         return MEASURE_DONE;
     }
@@ -164,9 +165,7 @@ static enum measure_outcome take_wide_pair(struct measure *self,
 
 // Texture does not show in the dark.
 static enum measure_advice advice_without_surface(const struct measure *self) {
-    return self->light_exposure_us > 0 && self->light_reached < MEASURE_DARK_REACHED
-               ? MEASURE_ADVICE_LIGHT
-               : MEASURE_ADVICE_TEXTURE;
+    return self->dark ? MEASURE_ADVICE_LIGHT : MEASURE_ADVICE_TEXTURE;
 }
 
 static enum measure_outcome take_wide_surface(struct measure *self,
@@ -179,10 +178,11 @@ static enum measure_outcome take_wide_surface(struct measure *self,
         self->phase = MEASURE_WIDE_FOCUS;
         return MEASURE_REPEAT;
     }
-    measure_lose(self, MEASURE_LOSS_COARSE);
     const double stated_mm = (self->request.near_mm + self->request.far_mm) / 2;
     self->distance_mm = self->near_mm > 0 ? stated_mm : self->distance_mm;
-    if (self->distance_mm == 0) {
+    if (self->distance_mm > 0) {
+        measure_lose(self, MEASURE_LOSS_COARSE);
+    } else {
         self->result.advice = event->error == ERROR_OK || event->error == ERROR_NO_SURFACE
                                   ? advice_without_surface(self)
                                   : MEASURE_ADVICE_NOTHING;
@@ -283,6 +283,9 @@ static enum measure_advice advice_for(const struct measure *self) {
     }
     if ((result->losses & dark) != 0) {
         return MEASURE_ADVICE_LIGHT;
+    }
+    if (result->sigma_mm > MEASURE_FAR_PART * result->depth_mm) {
+        return MEASURE_ADVICE_NEARER;
     }
     if (result->share < MEASURE_SHARE_MIN) {
         return MEASURE_ADVICE_TEXTURE;

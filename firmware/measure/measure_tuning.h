@@ -96,6 +96,8 @@ enum { MEASURE_MOVED_TRIES = 1 };
 /// share of the subject texture is what is missing.
 #define MEASURE_COMMON_FACTOR 3.0
 #define MEASURE_SHARE_MIN 0.8
+/// Points whose error is this part of their distance show nothing but that something is far away.
+#define MEASURE_FAR_PART 0.1
 /// Share of the subject from which on its holes are few, and their reason is not stated.
 #define MEASURE_SHARE_WHOLE 0.97
 

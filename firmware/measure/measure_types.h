@@ -227,6 +227,7 @@ struct measure_event {
     X(NOTHING, "")                                               \
     X(BOARD, "hold a board or a known length into the view")     \
     X(LIGHT, "add light")                                        \
+    X(NEARER, "aim at something nearer")                         \
     X(TEXTURE, "give it texture")                                \
     X(STILL, "keep it still")                                    \
     X(CALIBRATE, "calibrate the instrument again")               \
@@ -280,6 +281,7 @@ struct measure {
     unsigned aims;
     bool wide_searched;  ///< the wide view showed no surface, and its focus was searched
     bool focus_missed, iris_opens;
+    bool dark;          ///< the light that was set last is far from its target
     bool other_missed;  ///< the pair at another zoom failed
     bool alone;         ///< the surface is computed without it
 };

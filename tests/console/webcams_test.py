@@ -149,7 +149,7 @@ class Webcams(unittest.TestCase):
         self.assertEqual(re.findall(r"step ([a-z ]+):", done), ["light", "pair", "surface"])
         self.assertTrue(os.path.exists(self.place("thing-surface", "report.html")))
         with self.moving():
-            self.refused(f"{ask} measure moves", "MOVED", "pair: ", "keep it still")
+            self.refused(f"{ask} measure moves", "MOVED", "pair: ", "keep scene and light constant")
         self.assertFalse(os.path.exists(self.place("files", "moves")))
         self.stop(running)
 

@@ -33,8 +33,18 @@ TEST_CASE("a subject that the wide view does not show is measured by its focus, 
     World dark(7);
     dark.surface_shows = false;
     dark.light = 0.01;
-    dark.meddle = blank.meddle;
-    CHECK(run(dark, wish(MEASURE_WISH_FIT, 300), whole_rig()).advice == MEASURE_ADVICE_LIGHT);
+    dark.meddle = [&](const measure_step &step, measure_event &event) {
+        event.error = step.kind == MEASURE_STEP_LIGHT ? ERROR_RANGE : event.error;
+        blank.meddle(step, event);
+    };
+    const measure_result unlit = run(dark, wish(MEASURE_WISH_FIT, 300), whole_rig());
+    CHECK(unlit.advice == MEASURE_ADVICE_LIGHT);
+    CHECK(!lost(unlit, MEASURE_LOSS_COARSE));
+    World away(7);
+    away.meddle = [](const measure_step &, measure_event &event) {
+        event.surface.sigma_mm = 0.5 * event.surface.depth_mm;
+    };
+    CHECK(run(away, wish(MEASURE_WISH_FIT, 300), whole_rig()).advice == MEASURE_ADVICE_NEARER);
 }
 
 TEST_CASE("texture is asked for only where the scene showed no surface") {
