@@ -104,7 +104,7 @@ class Page:
         panes = self.browser.box("#stage")
         half = panes[2] / 2
         self.browser.mouse("mouseMoved", panes[0] + half + x * half, panes[1] + y * panes[3])
-        found = re.match(r"Here: ([\d.]+) (mm|m) ± ", self.text("depth-here"))
+        found = re.match(r"Here: ([\d.]+) (mm|m)", self.text("depth-here"))
         return float(found[1]) * (1000 if found[2] == "m" else 1) if found else None
 
 
@@ -161,6 +161,7 @@ class OnTheRig(Page, DaemonTest):
         wall = [self.depth_at(x, 0.2) for x in (0.3, 0.5, 0.7)]
         near, far = (numpy.median([depth for depth in depths if depth]) for depths in (cylinder, wall))
         self.assertLess(near + 300, far)
+        self.until("/^Here: .* ± /.test(document.getElementById('depth-here').textContent)")
         self.assertRegex(self.text("depth-state"), r"\d+ % measured; rows ")
         for name in ("rows", "peaking", "zebra"):
             self.click(f"[data-mark={name}]")

@@ -58,10 +58,13 @@ async function surfaceOf(session) {
   entry.item.append(linkTo(answer.report, 'report'));
   window.open(answer.report, '_blank', 'noopener');
 }
-async function capture(measures) {
+function newName() {
   const two = (n) => String(n).padStart(2, '0');
   const now = new Date();
-  const name = 'view-' + now.getFullYear() + two(now.getMonth() + 1) + two(now.getDate()) + '-' + two(now.getHours()) + two(now.getMinutes()) + two(now.getSeconds());
+  return 'view-' + now.getFullYear() + two(now.getMonth() + 1) + two(now.getDate()) + '-' + two(now.getHours()) + two(now.getMinutes()) + two(now.getSeconds());
+}
+async function capture(measures) {
+  const name = newName();
   const answer = await send('capture ' + name);
   if (measures && answer && answer.ok) await surfaceOf(name);
 }
@@ -73,7 +76,7 @@ async function autofocus() {
   const answer = await send(line);
   if (answer) {
     const curve = await send('focus-curve last=yes');
-    if (curve && curve.ok && curve.result.plot) element('sweep').replaceChildren(linkTo('file/' + encodeURIComponent(curve.result.plot), 'Curve of this search'));
+    if (curve && curve.ok && curve.result.file) element('sweep').replaceChildren(linkTo('file/' + encodeURIComponent(curve.result.file), 'Curve of this search'));
   }
 }
 
@@ -108,6 +111,7 @@ const buttons = [
   ['Bring up', () => send('bringup')],
   ['Autoexpose', () => send('autoexpose')],
   ['Autofocus', autofocus],
+  ['Measure', () => send('measure ' + newName())],
   ['Capture', () => capture(false)],
   ['Capture and measure', () => capture(true)],
 ];

@@ -30,7 +30,7 @@ async function usePicture(response, about) {
 
 const depthNumber = (id) => { const value = parseFloat(element(id).value); return value > 0 ? value : 0; };
 follow('pictures', (after) => 'picture?after=' + after, () => true, usePicture);
-follow('depth', (after) => 'depth?after=' + after + '&near=' + depthNumber('near') + '&far=' + depthNumber('far'), wantsDepth, async (response, about) => {
+follow('depth', (after) => 'depth?after=' + after + '&near=' + depthNumber('near') + '&far=' + depthNumber('far') + '&refined=' + (stage.pointer && stage.pointer.pane.kind !== 'picture' ? 1 : 0), wantsDepth, async (response, about) => {
   showDepth(readDepth(await response.arrayBuffer()));
   canvas.dataset.depths = about.number;
   draw();

@@ -72,14 +72,14 @@ struct view_depth_maker::state {
     std::vector<std::uint16_t> half[2];
     std::vector<unsigned char> memory;
     std::string text;  ///< of the calibration below
-    double near_mm = 0, far_mm = 0;
+    view_depth_request asked;
     calibration rig{};
     reconstruct_options options{};
     rectify_plan plan{};
     json rows;
     int error = ERROR_MISSING;
 
-    void prepare(const view_picture &picture, double near_now_mm, double far_now_mm);
+    void prepare(const view_picture &picture, const view_depth_request &now);
     void trace_rows();
     json describe(const reconstruct_result &result, double ms) const;
 };
@@ -103,17 +103,16 @@ void view_depth_maker::state::trace_rows() {
 }
 
 /// Does once what depends on the calibration and the depths alone.
-void view_depth_maker::state::prepare(const view_picture &picture, double near_now_mm,
-                                      double far_now_mm) {
-    if (text == picture.calibration && near_now_mm == near_mm && far_now_mm == far_mm) {
+void view_depth_maker::state::prepare(const view_picture &picture, const view_depth_request &now) {
+    options.refine = now.refined;
+    if (text == picture.calibration && now.near_mm == asked.near_mm && now.far_mm == asked.far_mm) {
         return;
     }
     text = picture.calibration;
-    near_mm = near_now_mm;
-    far_mm = far_now_mm;
+    asked = now;
     options = reconstruct_default_options();
-    options.rectify.depth_near_mm = near_mm;
-    options.rectify.depth_far_mm = far_mm;
+    options.rectify.depth_near_mm = now.near_mm;
+    options.rectify.depth_far_mm = now.far_mm;
     options.rectify.scale =
         std::clamp(2 * width_wanted_px / picture.width_px, scale_min, scale_max);
     options.preset = MATCH_PRESET_FAST;
@@ -122,8 +121,10 @@ void view_depth_maker::state::prepare(const view_picture &picture, double near_n
     error = error == ERROR_OK ? rectify_plan_make(&rig, &options.rectify, &plan) : error;
     if (error == ERROR_OK) {
         trace_rows();
+        options.refine = true;  // takes most memory
         memory.resize(reconstruct_need_bytes(picture.width_px / 2, &plan, &options,
                                              workers_parallel(pool)->threads));
+        options.refine = now.refined;
     }
 }
 
@@ -165,8 +166,8 @@ view_depth_maker::~view_depth_maker() {
     workers_destroy(state_->pool);
 }
 
-std::shared_ptr<view_depth> view_depth_maker::make(const view_picture &picture, double near_mm,
-                                                   double far_mm) {
+std::shared_ptr<view_depth> view_depth_maker::make(const view_picture &picture,
+                                                   const view_depth_request &asked) {
     const auto begin = std::chrono::steady_clock::now();
     auto depth = std::make_shared<view_depth>();
     if (!picture.error.empty() || picture.calibration.empty()) {
@@ -178,7 +179,7 @@ std::shared_ptr<view_depth> view_depth_maker::make(const view_picture &picture, 
         depth->error = "out of memory";
         return depth;
     }
-    self.prepare(picture, near_mm, far_mm);
+    self.prepare(picture, asked);
     int error = self.error;
     reconstruct_result result{};
     raw_image raw[2];

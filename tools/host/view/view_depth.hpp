@@ -10,23 +10,28 @@
 struct view_picture;
 
 /// What the page gets: a line of JSON, then little-endian arrays of its `width` x `height`:
-/// disparity in 1/256 px (int32), its standard deviation in 1/256 px (uint16), reason (uint8), and
-/// the rectified left and right image (uint8).
+/// disparity in 1/256 px (int32), its standard deviation in 1/256 px (uint16; 0: not asked for),
+/// reason (uint8), and the rectified left and right image (uint8).
 struct view_depth {
     std::uint64_t number = 0;
     std::string bytes;
     std::string error;
 };
 
+struct view_depth_request {
+    double near_mm = 0, far_mm = 0;  ///< 0 0: the depths of the calibration
+    bool refined = false;  ///< with exact disparities and deviations, which takes twice the time
+};
+
 class view_depth_maker {
   public:
+    /// All of one thread.
     view_depth_maker();
     ~view_depth_maker();
     view_depth_maker(const view_depth_maker &) = delete;
     view_depth_maker &operator=(const view_depth_maker &) = delete;
 
-    /// Depths between `near_mm` and `far_mm`; 0 0: those of the calibration. One thread.
-    std::shared_ptr<view_depth> make(const view_picture &picture, double near_mm, double far_mm);
+    std::shared_ptr<view_depth> make(const view_picture &picture, const view_depth_request &asked);
 
   private:
     struct state;

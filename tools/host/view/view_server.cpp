@@ -88,10 +88,12 @@ struct view_server::state {
     std::string token, host, address;
     std::unique_ptr<view_feed<view_picture>> pictures;
     std::unique_ptr<view_feed<view_depth>> depths;
-    view_depth_maker maker;
+    view_depth_maker maker;  ///< of the thread of `depths`, as the next two
+    view_depth_request measured;
+    std::uint64_t measured_picture = 0;
     std::mutex mutex;
-    double near_mm = 0, far_mm = 0;  ///< of the depths to come
-    std::mutex one_surface;          ///< one at a time
+    view_depth_request asked;  ///< for the depths to come
+    std::mutex one_surface;    ///< one at a time
     mg_context *server = nullptr;
 
     std::shared_ptr<view_picture> take() const;
@@ -119,36 +121,32 @@ std::shared_ptr<view_picture> view_server::state::take() const {
 }
 
 std::shared_ptr<view_depth> view_server::state::measure() {
-    thread_local std::uint64_t last = 0;
-    thread_local double last_near_mm = 0;
-    thread_local double last_far_mm = 0;
-    double depth_mm[2];
+    view_depth_request now;
     {
         const std::lock_guard<std::mutex> lock(mutex);
-        depth_mm[0] = near_mm;
-        depth_mm[1] = far_mm;
+        now = asked;
     }
-    // Of a session the same picture counts again when the depths have changed.
-    const bool changed = depth_mm[0] != last_near_mm || depth_mm[1] != last_far_mm;
-    const auto picture =
-        pictures->newer(changed && !source->is_live() ? 0 : last, std::chrono::milliseconds(1000));
+    // Of a session the same picture counts again when something else is asked of it.
+    const bool changed = now.near_mm != measured.near_mm || now.far_mm != measured.far_mm ||
+                         now.refined != measured.refined;
+    const auto picture = pictures->newer(changed && !source->is_live() ? 0 : measured_picture,
+                                         std::chrono::milliseconds(1000));
     if (picture == nullptr) {
         return nullptr;
     }
-    last = picture->number;
-    last_near_mm = depth_mm[0];
-    last_far_mm = depth_mm[1];
-    return maker.make(*picture, depth_mm[0], depth_mm[1]);
+    measured_picture = picture->number;
+    measured = now;
+    return maker.make(*picture, now);
 }
 
 /// Whether the request may be answered: for this host, from this page or from none, with the token.
 /// Sets the path below it.
 bool view_server::state::admits(mg_connection *client, const mg_request_info *request,
                                 std::string *path) const {
-    const char *const asked = mg_get_header(client, "Host");
+    const char *const named = mg_get_header(client, "Host");
     const char *const origin = mg_get_header(client, "Origin");
     const std::string local = "localhost" + host.substr(host.find(':'));
-    if (asked == nullptr || (asked != host && asked != local)) {
+    if (named == nullptr || (named != host && named != local)) {
         refuse(client, "403 Forbidden", "this server is for http://" + host + " only");
         return false;
     }
@@ -188,10 +186,12 @@ void view_server::state::send_picture(mg_connection *client, std::uint64_t after
 void view_server::state::send_depth(mg_connection *client, const char *query, std::uint64_t after) {
     {
         const std::lock_guard<std::mutex> lock(mutex);
-        const double asked[2] = {number_of(query, "near"), number_of(query, "far")};
-        const bool stated = asked[0] > 0 && asked[1] > asked[0];
-        near_mm = stated ? asked[0] : settings.near_mm;
-        far_mm = stated ? asked[1] : settings.far_mm;
+        const double near_mm = number_of(query, "near");
+        const double far_mm = number_of(query, "far");
+        const bool stated = near_mm > 0 && far_mm > near_mm;
+        asked.near_mm = stated ? near_mm : settings.near_mm;
+        asked.far_mm = stated ? far_mm : settings.far_mm;
+        asked.refined = number_of(query, "refined") > 0;
     }
     const auto depth = depths->newer(after, patience);
     if (depth == nullptr) {

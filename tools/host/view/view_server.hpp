@@ -9,7 +9,7 @@
 ///   of
 ///                               it in the header X-Vergence. 204: none for now; 503 with a
 ///                               sentence
-///   GET  /TOKEN/depth?after=N&near=MM&far=MM    the same for depths: see view_depth.hpp
+///   GET  /TOKEN/depth?after=N&near=MM&far=MM&refined=1    the same for depths: see view_depth.hpp
 ///   POST /TOKEN/command         runs the line in the body: its answer, lines of JSON
 ///   POST /TOKEN/cancel          cancels what runs
 ///   POST /TOKEN/reconstruct     makes the surface of the session in the body: {"report": PATH}
