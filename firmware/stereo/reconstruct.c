@@ -344,7 +344,9 @@ static int refine(struct run *run) {
             }
         }
     }
-    return row_residual_measure(&input, &result->match, run->arena, &result->vertical);
+    return run->options->skip_rows
+               ? ERROR_OK
+               : row_residual_measure(&input, &result->match, run->arena, &result->vertical);
 }
 
 static void count_reasons(struct reconstruct_result *result) {

@@ -55,6 +55,7 @@ struct reconstruct_options {
     bool keep_all;           // see match.h
     bool fill;               // give rejected pixels the surface around: see fill.h
     bool refine;             // sub-pixel refinement and predicted sigma
+    bool skip_rows;          // do not measure the residual of the rows
     int32_t max_gap_q8;      // see mesh.h
     bool recompute_surface;  // keep no points, triangles and right colours: see surface.h
     const struct match_kernels *kernels;  // see match.h

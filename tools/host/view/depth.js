@@ -94,5 +94,5 @@ function showDepthAt(at) {
   const index = Math.floor(at.y) * about.width + Math.floor(at.x);
   const mm = depthAt(stage.depth, index);
   const sigma = mm * mm * stage.depth.sigma[index] / 256 / (about.f * about.baseline);
-  here.textContent = mm > 0 ? 'Here: ' + lengthText(mm) + (sigma > 0 ? ' ± ' + lengthText(sigma) : '') : 'Here: ' + about.reasons[stage.depth.reason[index]][0];
+  here.textContent = mm > 0 ? 'Here: ' + lengthText(mm) + (about.refined ? ' ± ' + lengthText(sigma) : '') : 'Here: ' + about.reasons[stage.depth.reason[index]][0];
 }

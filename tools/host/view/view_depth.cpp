@@ -77,6 +77,8 @@ struct view_depth_maker::state {
     reconstruct_options options{};
     rectify_plan plan{};
     json rows;
+    triangulate_vertical vertical{};  ///< as last measured, once a second
+    std::chrono::steady_clock::time_point rows_at{};
     int error = ERROR_MISSING;
 
     void prepare(const view_picture &picture, const view_depth_request &now);
@@ -110,6 +112,7 @@ void view_depth_maker::state::prepare(const view_picture &picture, const view_de
     }
     text = picture.calibration;
     asked = now;
+    rows_at = {};
     options = reconstruct_default_options();
     options.rectify.depth_near_mm = now.near_mm;
     options.rectify.depth_far_mm = now.far_mm;
@@ -129,7 +132,6 @@ void view_depth_maker::state::prepare(const view_picture &picture, const view_de
 }
 
 json view_depth_maker::state::describe(const reconstruct_result &result, double ms) const {
-    const triangulate_vertical &vertical = result.vertical;
     const auto pixels = static_cast<double>(plan.width_px) * plan.height_px;
     const double valid = result.reason_count[REASON_VALID];
     json reasons = json::array();
@@ -151,6 +153,7 @@ json view_depth_maker::state::describe(const reconstruct_result &result, double 
             {"reasons", reasons},
             {"common_sigma", calibration_match_sigma_mm(&rig, nullptr, nullptr, middle_mm)},
             {"common_at", middle_mm},
+            {"refined", options.refine},
             {"vertical",
              {{"samples", vertical.samples},
               {"median", vertical.median_px},
@@ -180,6 +183,7 @@ std::shared_ptr<view_depth> view_depth_maker::make(const view_picture &picture,
         return depth;
     }
     self.prepare(picture, asked);
+    self.options.skip_rows = begin - self.rows_at < std::chrono::seconds(1);
     int error = self.error;
     reconstruct_result result{};
     raw_image raw[2];
@@ -204,6 +208,10 @@ std::shared_ptr<view_depth> view_depth_maker::make(const view_picture &picture,
     if (error != ERROR_OK && error != ERROR_NO_SURFACE) {
         depth->error = std::string("no depth: ") + error_text(error);
         return depth;
+    }
+    if (!self.options.skip_rows) {
+        self.vertical = result.vertical;
+        self.rows_at = begin;
     }
     const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
     json header = self.describe(result, std::round(10 * took.count()) / 10);

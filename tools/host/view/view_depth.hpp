@@ -10,7 +10,7 @@
 struct view_picture;
 
 /// What the page gets: a line of JSON, then little-endian arrays of its `width` x `height`:
-/// disparity in 1/256 px (int32), its standard deviation in 1/256 px (uint16; 0: not asked for),
+/// disparity in 1/256 px (int32), its standard deviation in 1/256 px (uint16; only if `refined`),
 /// reason (uint8), and the rectified left and right image (uint8).
 struct view_depth {
     std::uint64_t number = 0;
