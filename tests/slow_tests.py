@@ -27,6 +27,7 @@ GUARDS = {
                              "daemon/CMakeLists.txt", "tools/CMakeLists.txt"),
     "command/portable_test": ("firmware", "tests/portable"),
     "command/signals_test": ("tools/host", "tools/main_vergence.cpp"),
+    "command/wheel_test": ("library", "pyproject.toml", "CMakeLists.txt", "tools/CMakeLists.txt"),
     "console/capture_whole_test": ("calib/detect", "tests/console/capture_test.py", "tools/host/capture"),
     "console/help_examples_test": ("daemon", "tools"),
     "console/noise_whole_test": ("daemon",),

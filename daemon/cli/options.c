@@ -96,22 +96,32 @@ static bool is_unit_given_twice(const struct option_page *page, const struct com
     return false;
 }
 
+int options_read(const struct option_page *page, int argc, char **argv, void *values,
+                 const char **operands, int *operand_count, struct message *message) {
+    struct command_value given[COMMAND_ARGUMENTS_MAX] = {{.given = false}};
+    struct command_text text = command_text_begin(message->text, sizeof message->text);
+    const struct command_parser parser = {page->command, page->options, page->option_count, "--",
+                                          &text};
+    INVARIANT(page->option_count <= COMMAND_ARGUMENTS_MAX);
+    if (parse_words(page, &parser, argc, argv, given, operands, operand_count) != 0 ||
+        is_unit_given_twice(page, given, &text)) {
+        const size_t name = strlen(page->command) + 2;  // "COMMAND: "
+        memmove(message->text, message->text + name, strlen(message->text + name) + 1);
+        return ERROR_ARGUMENT;
+    }
+    command_store(page->options, page->option_count, given, values);
+    return ERROR_OK;
+}
+
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count) {
-    struct command_value given[COMMAND_ARGUMENTS_MAX] = {{.given = false}};
-    char text[MESSAGE_BYTES];
-    struct command_text message = command_text_begin(text, sizeof text);
-    const struct command_parser parser = {page->command, page->options, page->option_count, "--",
-                                          &message};
-    INVARIANT(page->option_count <= COMMAND_ARGUMENTS_MAX);
+    struct message message;
     if (find_help(page, argc, argv)) {
         return CLIENT_OK;
     }
-    if (parse_words(page, &parser, argc, argv, given, operands, operand_count) != 0 ||
-        is_unit_given_twice(page, given, &message)) {
-        fprintf(stderr, "%s; see \"%s --help\"\n", text, page->command);
+    if (options_read(page, argc, argv, values, operands, operand_count, &message) != ERROR_OK) {
+        fprintf(stderr, "%s: %s; see \"%s --help\"\n", page->command, message.text, page->command);
         return CLIENT_USAGE;
     }
-    command_store(page->options, page->option_count, given, values);
     return OPTIONS_CONTINUE;
 }

@@ -4,6 +4,7 @@
 #ifndef VERGENCE_DAEMON_CLI_OPTIONS_H
 #define VERGENCE_DAEMON_CLI_OPTIONS_H
 
+#include "daemon/base/message.h"
 #include "daemon/cli/option_page.h"
 
 #ifdef __cplusplus
@@ -18,6 +19,10 @@ extern "C" {
 /// one line.
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count);
+
+/// The same without help and without printing: 0, or ERROR_ARGUMENT with `message` set.
+int options_read(const struct option_page *page, int argc, char **argv, void *values,
+                 const char **operands, int *operand_count, struct message *message);
 
 #ifdef __cplusplus
 }

@@ -63,7 +63,7 @@ static void print_failure(const struct reconstruct_job *job, int error) {
 
 int reconstruct_command_run(const struct reconstruct_program *program, int argc, char **argv) {
     struct reconstruct_request request;
-    struct reconstruct_program readable = *program;
+    struct reconstruct_source source = {.program = program};
     struct progress progress;
     static struct reconstruct_session session;
     struct reconstruct_caller caller = {.scale = "--scale",
@@ -72,7 +72,7 @@ int reconstruct_command_run(const struct reconstruct_program *program, int argc,
                                         .search = "--near and --far, or --disparity",
                                         .accept = "--accept-mismatch",
                                         .read = reconstruct_inputs_read,
-                                        .source = &readable,
+                                        .source = &source,
                                         .expect = expect,
                                         .progress = show_progress,
                                         .self = &progress};

@@ -40,15 +40,28 @@ static int refuse_two_sizes(const struct reconstruct_inputs *inputs, struct mess
                        right->file_width_px, right->file_height_px);
 }
 
+static int read_image(const struct reconstruct_source *source, int side, const char *path,
+                      const struct image_request *request, struct image_file *file,
+                      struct message *message) {
+    if (source->read_image == NULL) {
+        return image_file_read(path, source->program->formats, source->program->format_count,
+                               request, file, message);
+    }
+    *file = (struct image_file){.path = path, .request = request, .shrink = 1};
+    const int error = source->read_image(source->self, side, request, file, message);
+    if (error != ERROR_OK) {
+        image_file_free(file);
+    }
+    return error;
+}
+
 static int read_images(const struct reconstruct_request *request,
-                       const struct reconstruct_program *program,
+                       const struct reconstruct_source *source,
                        const struct image_request *image_request, struct reconstruct_inputs *inputs,
                        struct message *message) {
-    int error = image_file_read(request->left_path, program->formats, program->format_count,
-                                image_request, &inputs->left, message);
+    int error = read_image(source, 0, request->left_path, image_request, &inputs->left, message);
     if (error == ERROR_OK) {
-        error = image_file_read(request->right_path, program->formats, program->format_count,
-                                image_request, &inputs->right, message);
+        error = read_image(source, 1, request->right_path, image_request, &inputs->right, message);
     }
     if (error == ERROR_OK) {
         error = reconstruct_inputs_check(inputs, message);
@@ -188,6 +201,17 @@ static int assume_calibration(const struct reconstruct_request *request,
     return ERROR_OK;
 }
 
+/// What every calibration that was not assumed brings with it.
+static void accept_calibration(const struct reconstruct_request *request,
+                               struct reconstruct_inputs *inputs,
+                               struct reconstruct_context *context) {
+    inputs->metric = true;
+    if (inputs->calibration.note[0] != '\0') {
+        reconstruct_context_warn(context, "calibration: %s", inputs->calibration.note);
+    }
+    inputs->calibration_path = request->calibration_path;
+}
+
 static int load_calibration(const struct reconstruct_request *request, calibration_loader *load,
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message) {
@@ -206,14 +230,25 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
                            wanted.path);
     }
     const int error = load(&wanted, &inputs->calibration, inputs->calibration_format, message);
-    if (error != ERROR_OK) {
-        return error;
+    if (error == ERROR_OK) {
+        accept_calibration(request, inputs, context);
     }
-    inputs->metric = true;
-    if (inputs->calibration.note[0] != '\0') {
-        reconstruct_context_warn(context, "calibration: %s", inputs->calibration.note);
+    return error;
+}
+
+static int copy_calibration(const struct reconstruct_request *request,
+                            const struct reconstruct_source *source,
+                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                            struct message *message) {
+    if (request->rectified && !source->calibration->rectified) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: not a calibration of rectified images (load it as one)",
+                           request->calibration_path);
     }
-    inputs->calibration_path = request->calibration_path;
+    inputs->calibration = *source->calibration;
+    snprintf(inputs->calibration_format, sizeof inputs->calibration_format, "%s",
+             source->calibration_format);
+    accept_calibration(request, inputs, context);
     return ERROR_OK;
 }
 
@@ -253,7 +288,7 @@ void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
 int reconstruct_inputs_read(void *self, const struct reconstruct_request *request,
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message) {
-    const struct reconstruct_program *program = self;
+    const struct reconstruct_source *source = self;
     const struct image_request image_request = {
         .bits = request->bits,
         .bayer = request->bayer < 0    ? IMAGE_BAYER_BY_FORMAT
@@ -264,13 +299,15 @@ int reconstruct_inputs_read(void *self, const struct reconstruct_request *reques
         .scale = request->scale,
     };
     memset(inputs, 0, sizeof *inputs);
-    int error = read_images(request, program, &image_request, inputs, message);
+    int error = read_images(request, source, &image_request, inputs, message);
     if (error != ERROR_OK) {
         return error;
     }
     inputs->left.request = inputs->right.request = NULL;  // only valid during this call
-    error =
-        reconstruct_inputs_calibrate(request, program->load_calibration, inputs, context, message);
+    error = source->calibration != NULL
+                ? copy_calibration(request, source, inputs, context, message)
+                : reconstruct_inputs_calibrate(request, source->program->load_calibration, inputs,
+                                               context, message);
     if (error == ERROR_OK && request->calibration_path != NULL) {
         compare_axes(inputs, context);
         error = reconstruct_inputs_fit(inputs, request->calibration_path, message);

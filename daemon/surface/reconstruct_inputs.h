@@ -21,8 +21,22 @@ struct reconstruct_inputs {
     bool metric;
 };
 
-/// A caller's `read` of the files that the request names. `program`: a struct reconstruct_program.
-int reconstruct_inputs_read(void *program, const struct reconstruct_request *request,
+/// The `source` of reconstruct_inputs_read.
+struct reconstruct_source {
+    const struct reconstruct_program *program;
+    /// Reads the image of a side (0 left, 1 right) that is in memory, as image_file_read does;
+    /// `file` is named already. NULL: the files that the request names are read.
+    int (*read_image)(void *self, int side, const struct image_request *request,
+                      struct image_file *file, struct message *message);
+    void *self;
+    /// A loaded calibration in place of the file that the request names, and its format. NULL:
+    /// none.
+    const struct calibration *calibration;
+    const char *calibration_format;
+};
+
+/// A caller's `read` of two images. `source`: a struct reconstruct_source.
+int reconstruct_inputs_read(void *source, const struct reconstruct_request *request,
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message);
 

@@ -65,6 +65,14 @@ static void choose_options(struct reconstruct_job *job) {
     }
 }
 
+/// The form of the files.
+static void choose_files(struct reconstruct_job *job) {
+    job->context.compress = job->request->compress;
+    job->context.mesh_unit = job->request->mesh_unit >= 0
+                                 ? (enum reconstruct_unit)job->request->mesh_unit
+                                 : RECONSTRUCT_MM;
+}
+
 static void fill_context(struct reconstruct_job *job) {
     struct reconstruct_context *context = &job->context;
     context->result = &job->result;
@@ -81,10 +89,7 @@ static void fill_context(struct reconstruct_job *job) {
     context->ground_truth_scale = job->request->ground_truth_scale;
     context->metric = job->inputs.metric;
     context->shrink = job->inputs.left.shrink;
-    context->compress = job->request->compress;
-    if (job->request->mesh_unit >= 0) {
-        context->mesh_unit = (enum reconstruct_unit)job->request->mesh_unit;
-    }
+    choose_files(job);
     context->version = version_text();
     context->build_id = version_build_id();
 }
@@ -365,6 +370,10 @@ static bool is_void(const struct reconstruct_job *job, const struct result_forma
 
 /// Writes into the hidden directory.
 static int write_results(struct reconstruct_job *job) {
+    const int simplified = simplify(job);
+    if (simplified != ERROR_OK) {
+        return simplified;
+    }
     for (int i = 0; i < RESULT_FORMATS; i++) {
         const struct result_format *format = &result_formats[i];
         char path[ATOMIC_DIR_PATH_BYTES];
@@ -482,10 +491,6 @@ static int make_results(struct reconstruct_job *job) {
     }
     find_common_sigma(job);
     reconstruct_doubts_record(&job->context);
-    error = simplify(job);
-    if (error != ERROR_OK) {
-        return error;
-    }
     return job->request->out_path != NULL ? write_results(job) : ERROR_OK;
 }
 
@@ -508,6 +513,40 @@ static int run(struct reconstruct_job *job) {
         error = finish_debug(job, error);
     }
     return error == ERROR_OK && writes ? commit_results(job) : error;
+}
+
+static int write_again(struct reconstruct_job *job) {
+    if (job->program->make_mesh != NULL) {
+        job->program->free_mesh(&job->mesh);
+    }
+    job->mesh = (struct reconstruct_result){0};
+    job->context.mesh = NULL;
+    job->context.mesh_requested = false;
+    choose_files(job);
+    int error = protect_inputs(job, &job->message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = begin_directory(job);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = write_results(job);
+    if (error == ERROR_OK) {
+        error = commit_results(job);
+    }
+    atomic_dir_abort(&job->directory);
+    return error;
+}
+
+int reconstruct_job_write(struct reconstruct_job *job) {
+    INVARIANT(job->request->out_path != NULL && job->memory != NULL);
+    job->message.text[0] = '\0';
+    interrupt_ask(job->caller->should_stop, job->caller->self);
+    const int error = write_again(job);
+    interrupt_ask(NULL, NULL);
+    INVARIANT(error == ERROR_OK || job->message.text[0] != '\0');
+    return error;
 }
 
 int reconstruct_job_run(struct reconstruct_job *job) {

@@ -56,6 +56,11 @@ struct reconstruct_job {
 /// required in any case.
 int reconstruct_job_run(struct reconstruct_job *job);
 
+/// After a run without an output directory: writes the files into that of the request, whose
+/// members files, triangles, error_mm, compress and mesh_unit may have changed. Errors as above.
+/// Any number of times.
+int reconstruct_job_write(struct reconstruct_job *job);
+
 /// Frees everything; `context` is invalid afterwards.
 void reconstruct_job_end(struct reconstruct_job *job);
 

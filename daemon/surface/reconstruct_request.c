@@ -183,9 +183,6 @@ static const struct option_page page = {
 
 /// What is wrong with images and session; NULL: nothing.
 static const char *check_images(const struct reconstruct_request *request) {
-    if (request->out_path == NULL) {
-        return "missing --out DIR";
-    }
     if (request->session_path == NULL && request->right_path == NULL) {
         return "missing RIGHT (expected two images, or the directory of a recorded session)";
     }
@@ -317,6 +314,35 @@ static void rename_old_option(int argc, char **argv) {
     }
 }
 
+/// Sets what the operands name, and checks the whole request. ERROR_MISSING: no such file;
+/// ERROR_ARGUMENT: wrong usage; with `message` set.
+static int complete(struct reconstruct_request *request, const char *const *operands, int count,
+                    struct message *message) {
+    if (count == 1 && access(operands[0], F_OK) != 0) {
+        return message_set(message, ERROR_MISSING, "%s: %s", operands[0], strerror(errno));
+    }
+    if (count == 1 && input_file_is_directory(operands[0])) {
+        request->session_path = operands[0];
+    } else {
+        request->left_path = operands[0];
+        request->right_path = operands[1];
+    }
+    const char *contradiction = find_contradiction(request);
+    if (contradiction != NULL) {
+        return message_set(message, ERROR_ARGUMENT, "%s", contradiction);
+    }
+    return check_lengths(request, message) == ERROR_OK ? ERROR_OK : ERROR_ARGUMENT;
+}
+
+int reconstruct_request_read(int argc, char **argv, struct reconstruct_request *request,
+                             struct message *message) {
+    *request = reconstruct_request_defaults();
+    const char *operands[2] = {NULL, NULL};
+    int operand_count = 0;
+    const int error = options_read(&page, argc, argv, request, operands, &operand_count, message);
+    return error != ERROR_OK ? error : complete(request, operands, operand_count, message);
+}
+
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request) {
     *request = reconstruct_request_defaults();
     const char *operands[2] = {NULL, NULL};
@@ -326,25 +352,13 @@ int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request 
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;
     }
-    if (operand_count == 1 && access(operands[0], F_OK) != 0) {
-        fprintf(stderr, "vergence reconstruct: %s: %s\n", operands[0], strerror(errno));
-        return CLIENT_BAD_INPUT;
-    }
-    if (operand_count == 1 && input_file_is_directory(operands[0])) {
-        request->session_path = operands[0];
-    } else {
-        request->left_path = operands[0];
-        request->right_path = operands[1];
-    }
-    const char *contradiction = find_contradiction(request);
-    if (contradiction != NULL) {
-        fprintf(stderr, "vergence reconstruct: %s\n", contradiction);
-        return CLIENT_USAGE;
-    }
     struct message message;
-    if (check_lengths(request, &message) != ERROR_OK) {
+    const int error = request->out_path == NULL
+                          ? message_set(&message, ERROR_ARGUMENT, "missing --out DIR")
+                          : complete(request, operands, operand_count, &message);
+    if (error != ERROR_OK) {
         fprintf(stderr, "vergence reconstruct: %s\n", message.text);
-        return CLIENT_USAGE;
+        return error == ERROR_MISSING ? CLIENT_BAD_INPUT : CLIENT_USAGE;
     }
     return OPTIONS_CONTINUE;
 }

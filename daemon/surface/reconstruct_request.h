@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "console/command.h"
+#include "daemon/base/message.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -57,6 +58,11 @@ struct reconstruct_request reconstruct_request_defaults(void);
 /// Parses and checks the command line. Returns OPTIONS_CONTINUE or the exit code to end with, see
 /// options.h.
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request);
+
+/// The same for a caller of a library: nothing is printed, --out may be missing. 0, or
+/// ERROR_ARGUMENT or ERROR_MISSING with `message` set.
+int reconstruct_request_read(int argc, char **argv, struct reconstruct_request *request,
+                             struct message *message);
 
 /// What is wrong with the depths, disparities and the region to search, in one line; NULL: nothing.
 /// Completes them: near without far searches to infinity.

@@ -89,11 +89,11 @@ class Arrows(unittest.TestCase):
     def test_every_source_folder_has_its_arrows(self):
         arrows = allowed_arrows()
         folders = {os.path.dirname(p) for p in TREE.files if p.endswith(CODE)
-                   and p.startswith(("firmware/", "daemon/", "calib/", "tools/"))}
+                   and p.startswith(("firmware/", "daemon/", "calib/", "tools/", "library/"))}
         # Here are the mains; a generator that nothing includes; and a module of the kernel.
         self.assertEqual(folders - set(arrows),
                          {"daemon", "tools", "tools/simrig", "tools/bench.d",
-                          "calib/base/marker_tables", "firmware/system/driver"})
+                          "calib/base/marker_tables", "firmware/system/driver", "library/python"})
         self.assertEqual(set(arrows) - folders, set())
 
     def test_the_arrows_have_no_circle(self):

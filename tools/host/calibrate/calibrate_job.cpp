@@ -4,8 +4,8 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
-#include <iostream>
 #include <memory>
 #include <sstream>
 
@@ -16,7 +16,6 @@
 #include "daemon/base/process.h"
 #include "daemon/base/workers.h"
 #include "daemon/cli/options.h"
-#include "daemon/cli/progress.h"
 #include "daemon/files/atomic_dir.h"
 #include "daemon/files/output_file.h"
 #include "stereo/geometry/geometry.h"
@@ -60,31 +59,28 @@ class runner {
   public:
     explicit runner(const calibrate_job &job) : job_(job) {}
 
-    int run() {
-        interrupt_catch();
+    calibrate_outcome run() {
         // The verdict reports what Ceres would log about invalid numbers.
         FLAGS_minloglevel = google::GLOG_FATAL;
         start_us_ = monotonic_now_us();
-        progress_begin(&progress_, job_.quiet);
-        int code;
+        calibrate_outcome outcome;
         try {
-            code = steps();
+            outcome.code = steps();
         } catch (const interrupted &) {
-            code = interrupt_exit_code();
+            outcome.interrupted = true;
+            outcome.code = CLIENT_FAILED;
             message_ = "interrupted; nothing was written";
         }
-        progress_end(&progress_);
-        if (code == CLIENT_OK || code == CLIENT_NOT_GOOD) {
-            print_outcome();
-        } else {
-            print_notes(reasons_);
+        outcome.message = outcome.code != CLIENT_OK ? message_ : solution_.verdict.sentence;
+        const bool solved = outcome.code == CLIENT_OK || outcome.code == CLIENT_NOT_GOOD;
+        outcome.notes = solved ? all_notes() : reasons_;
+        if (solved) {
+            outcome.rig = result_.rig;
+            outcome.zoom_text = zoom_file_;
+            outcome.json = json_;
+            outcome.text = summary();
         }
-        if (code != CLIENT_OK) {
-            message line{};
-            message_set(&line, 0, "%s", message_.c_str());
-            std::fprintf(stderr, "vergence calibrate: %s\n", line.text);
-        }
-        return code;
+        return outcome;
     }
 
   private:
@@ -93,14 +89,32 @@ class runner {
         return code;
     }
 
-    void stop_if_interrupted() const {
+    /// Any thread; a caller's own question is asked on the thread of the run alone.
+    bool is_stopped() {
         if (interrupt_requested()) {
+            stopped_ = true;
+        }
+        return stopped_;
+    }
+
+    void show(int stage, const char *what, int done, int total) const {
+        if (job_.progress) {
+            job_.progress(stage, what, done, total);
+        }
+    }
+
+    void stop_if_interrupted() {
+        if (is_stopped()) {
             throw interrupted{};
         }
     }
 
     int begin() {
         message last_error{};
+        threads_.reset(workers_create(job_.threads));
+        if (threads_ == nullptr) {
+            return fail(CLIENT_FAILED, "out of memory for threads");
+        }
         const bool zooms = is_at_many_zooms() && job_.zoom.empty();
         if (zooms && job_.distortion) {
             return fail(
@@ -110,14 +124,14 @@ class runner {
         }
         std::vector<const char *> names(result_names + 2, result_names + result_count);
         names.insert(names.end(), job_.single ? 0 : 1, result_names[zooms ? 1 : 0]);
-        if (!job_.verify &&
-            atomic_dir_begin(&out_.directory, job_.out_path.c_str(), names.data(),
-                             static_cast<int>(names.size()), &last_error) != ERROR_OK) {
+        if (writes() && atomic_dir_begin(&out_.directory, job_.out_path.c_str(), names.data(),
+                                         static_cast<int>(names.size()), &last_error) != ERROR_OK) {
             return fail(CLIENT_FAILED, last_error.text);
         }
-        threads_.reset(workers_create(job_.threads));
-        return threads_ != nullptr ? CLIENT_OK : fail(CLIENT_FAILED, "out of memory for threads");
+        return CLIENT_OK;
     }
+
+    bool writes() const { return !job_.verify && !job_.out_path.empty(); }
 
     int steps() {
         const int begun = begin();
@@ -221,7 +235,7 @@ class runner {
         zoom.paper = job_.paper;
         zoom.progress = [this](int step, int steps) {
             stop_if_interrupted();
-            progress_show(&progress_, STAGE_SOLVE, "solve", step, steps);
+            show(STAGE_SOLVE, "solve", step, steps);
         };
         if (!calibrate_zoom_solve(&zoom, &message_)) {
             return CLIENT_BAD_INPUT;
@@ -229,14 +243,15 @@ class runner {
         stop_if_interrupted();
         zoom_text_ = calibrate_zoom_text(zoom);
         json_ = calibrate_zoom_json(zoom);
-        progress_show(&progress_, STAGE_WRITE, "write", 0, 1);
+        show(STAGE_WRITE, "write", 0, 1);
         for (const std::string &line : calibrate_zoom_notes(zoom)) {
             result_.notes.push_back(line);
         }
         solution_.verdict.sentence = zoom.verdict;
         solution_.verdict.good = zoom.solution.warnings.empty();
+        zoom_file_ = calibrate_zoom_file(zoom);
         const int code = write_results(
-            {{"instrument.zoom", calibrate_zoom_file(zoom)},
+            {{"instrument.zoom", zoom_file_},
              {"corners.vnl", corners_text()},
              {"calibration.html", zoom_report({&zoom.seen, &zoom.solution, zoom.verdict})}});
         return code == CLIENT_OK && !solution_.verdict.good
@@ -269,16 +284,18 @@ class runner {
         request.single = job_.single;
         request.cache = job_.cache;
         request.threads = workers_parallel(threads_.get());
-        request.cancelled = interrupt_requested;
+        request.cancelled = [this] { return is_stopped(); };
         request.progress = [this](int done, int total) {
-            progress_show(&progress_, STAGE_DETECT, "detect", done, total);
+            show(STAGE_DETECT, "detect", done, total);
         };
         double pictures = 0;
         for (const calibrate_shot &shot : job_.inputs.shots) {
             pictures += !shot.path[0].empty() + !shot.path[1].empty();
         }
         const double work[STAGES] = {detect_work * pictures, solve_work * pictures, write_work};
-        progress_expect(&progress_, work, STAGES);
+        if (job_.expect) {
+            job_.expect(work, STAGES);
+        }
         views_ = calibrate_views_find(job_.inputs.shots, request);
         stop_if_interrupted();
     }
@@ -308,8 +325,7 @@ class runner {
             stop_if_interrupted();
             step += last == what ? 0 : 1;
             last = what;
-            progress_show(&progress_, STAGE_SOLVE, "solve", std::min(step, solve_steps),
-                          solve_steps);
+            show(STAGE_SOLVE, "solve", std::min(step, solve_steps), solve_steps);
         };
         solution_ = calib::solve(views_.seen, options);
         stop_if_interrupted();
@@ -431,7 +447,7 @@ class runner {
         return std::string(text, static_cast<size_t>(length));
     }
 
-    std::string page_text() const {
+    std::string page_text() {
         calibration_page page{};
         page.seen = &views_.seen;
         page.result = &solution_;
@@ -460,7 +476,10 @@ class runner {
     using named_texts = std::vector<std::pair<const char *, std::string>>;
 
     int write_pair() {
-        progress_show(&progress_, STAGE_WRITE, "write", 0, 1);
+        show(STAGE_WRITE, "write", 0, 1);
+        if (!writes()) {
+            return CLIENT_OK;
+        }
         return write_results({{"rig.calibration", job_.single ? "" : rig_text()},
                               {"corners.vnl", corners_text()},
                               {"calibration.html", page_text()}});
@@ -469,6 +488,9 @@ class runner {
     /// Writes all that are not empty, and calibration.json.
     int write_results(const named_texts &files) {
         int code = CLIENT_OK;
+        if (!writes()) {
+            return code;
+        }
         for (const auto &[name, text] : files) {
             code = code == CLIENT_OK && !text.empty() ? write_file(name, text) : code;
         }
@@ -486,40 +508,29 @@ class runner {
         return CLIENT_OK;
     }
 
-    void print_notes(const std::vector<std::string> &notes) const {
-        for (size_t i = 0; i < notes.size() && !job_.quiet; i++) {
-            message line{};
-            message_set(&line, 0, "%s", notes[i].c_str());
-            std::fprintf(stderr, "vergence: note: %s\n", line.text);
+    std::vector<std::string> all_notes() const {
+        std::vector<std::string> notes = result_.notes;
+        const std::vector<std::string> &remarks = solution_.verdict.remarks;
+        notes.insert(notes.end(), remarks.begin(), remarks.end());
+        if (zoom_text_.empty()) {
+            const std::vector<std::string> left_out = calibrate_result_rejections(result_);
+            notes.insert(notes.end(), left_out.begin(), left_out.end());
         }
+        return notes;
     }
 
-    void print_outcome() {
-        print_notes(result_.notes);
-        print_notes(solution_.verdict.remarks);
-        if (zoom_text_.empty()) {
-            print_notes(calibrate_result_rejections(result_));
-        }
-        if (job_.json) {
-            std::cout << json_;
-        } else if (!job_.quiet) {
-            const double seconds = static_cast<double>(monotonic_now_us() - start_us_) / 1e6;
-            char cost[64];
-            std::snprintf(cost, sizeof cost, "cost        %.2f s, %d threads\n", seconds,
-                          workers_parallel(threads_.get())->threads);
-            std::cout << (zoom_text_.empty() ? calibrate_result_text(result_) : zoom_text_) << cost;
-            if (!job_.verify) {
-                std::cout << "results     " << job_.out_path << "\n";
-            }
-            if (solution_.verdict.good) {
-                std::cout << solution_.verdict.sentence << "\n";
-            }
-        }
-        std::cout.flush();
+    std::string summary() const {
+        const double seconds = static_cast<double>(monotonic_now_us() - start_us_) / 1e6;
+        char cost[64];
+        std::snprintf(cost, sizeof cost, "cost        %.2f s, %d threads\n", seconds,
+                      workers_parallel(threads_.get())->threads);
+        return (zoom_text_.empty() ? calibrate_result_text(result_) : zoom_text_) + cost +
+               (writes() ? "results     " + job_.out_path + "\n" : "") +
+               (solution_.verdict.good ? solution_.verdict.sentence + "\n" : "");
     }
 
     const calibrate_job &job_;
-    progress progress_{};
+    std::atomic<bool> stopped_{false};
     uint64_t start_us_ = 0;
     atomic_dir_guard out_;
     std::unique_ptr<workers, workers_closer> threads_;
@@ -528,6 +539,7 @@ class runner {
     calibrate_result result_{};
     std::string json_, message_;
     std::string zoom_text_;  // not empty: all zooms were solved
+    std::string zoom_file_;  // the calibration of all zooms
     bool fault_known_ = false;
     std::string fault_;
     std::vector<std::string> reasons_;  // extra detail for the message
@@ -535,6 +547,6 @@ class runner {
 
 }  // namespace
 
-int calibrate_job_run(const calibrate_job *job) {
-    return runner(*job).run();
+calibrate_outcome calibrate_job_run(const calibrate_job &job) {
+    return runner(job).run();
 }

@@ -29,6 +29,7 @@ struct request {
     bool json = false, grammar = false, zoom_grammar = false, accept_edits = false,
          rectified = false;
     const char *convert = nullptr, *out = nullptr, *at = nullptr;
+    double depth[2] = {-1, -1}, distance[4] = {-1, -1, -1, -1}, plane[4] = {-1, -1, -1, -1};
     int size_px[2] = {0, 0};
     int unit = -1, first_camera = -1, export_format = -1;
 };
@@ -63,6 +64,16 @@ const command_argument options[] = {
         "those of a recorded pair, SESSION or SESSION:NUMBER. Of a result: column and row of its "
         "maps, as the report shows them; prints where that point is in both images, as "
         "--from and --to of \"vergence calibrate\" take it."),
+    number_option("depth", COMMAND_NUMBER, offsetof(request, depth), "X,Y",
+                  "Of a result: the depth at a pixel of its maps and its standard deviation, with "
+                  "the part of it that is common to all points, as the calibration's errors are.",
+                  0, 32768, 2, ','),
+    number_option("distance", COMMAND_NUMBER, offsetof(request, distance), "X,Y,X,Y",
+                  "The same of the distance between the points at two pixels.", 0, 32768, 4, ','),
+    number_option("plane", COMMAND_NUMBER, offsetof(request, plane), "X,Y,W,H",
+                  "The same of the plane through the points in a window of the maps: its distance "
+                  "from the left camera, its tilt, and how flat it is.",
+                  0, 32768, 4, ','),
     number_option("size", COMMAND_INTEGER, offsetof(request, size_px), "WIDTHxHEIGHT",
                   "Size of the raw images in pixels, for calibrations that do not state it "
                   "(OpenCV's, some of KITTI's, K.txt) or state several (RealSense's).",
@@ -114,6 +125,8 @@ const option_page page_of_command = {
     "vergence info rig.txt --export ros --out camera_info/\n"
     "vergence info instrument.zoom --at zoom=421,distance=1800 --convert rig.txt\n"
     "vergence info results --at 120,80\n"
+    "vergence info results --depth 120,80 --distance 120,80,150,80\n"
+    "vergence info results --plane 10,10,60,100\n"
     "vergence info instrument.zoom --export gyroflow --out lenses/\n"
     "vergence info results/ --json\n"
     "vergence info files/scene",
@@ -150,6 +163,13 @@ reader reader_for(const std::string &path) {
         return info_result;
     }
     return nullptr;
+}
+
+/// The reader for an operand, which may be a directory.
+reader reader_of(const std::string &path) {
+    return session_pairs_here(path.c_str())        ? info_session
+           : input_file_is_directory(path.c_str()) ? nullptr
+                                                   : reader_for(path);
 }
 
 /// The matching word of a list of words separated by blanks.
@@ -258,6 +278,16 @@ import_options import_options_of(const request &asked) {
     return import;
 }
 
+info_places places_of(const request &asked) {
+    return {asked.depth[0] >= 0 ? asked.depth : nullptr,
+            asked.distance[0] >= 0 ? asked.distance : nullptr,
+            asked.plane[0] >= 0 ? asked.plane : nullptr};
+}
+
+bool has_places(const request &asked) {
+    return asked.depth[0] >= 0 || asked.distance[0] >= 0 || asked.plane[0] >= 0;
+}
+
 bool read_calibration(const std::string &path, const request &asked, info_page *page,
                       std::string *message) {
     message->clear();
@@ -287,11 +317,27 @@ bool read_calibration(const std::string &path, const request &asked, info_page *
     return write_calibration(path, value, asked, page, message);
 }
 
+bool read_lengths(const std::string &path, reader read, const request &asked, info_page *page,
+                  std::string *message) {
+    if (read != info_result || asked.at != nullptr || asked.convert != nullptr) {
+        *message = path + ": --depth, --distance and --plane need a result, and no --at";
+        return false;
+    }
+    page->path = path;
+    try {
+        return read(path, page, message) && info_lengths(path, places_of(asked), page, message);
+    } catch (const json::exception &) {
+        *message = path + ": damaged";
+        return false;
+    }
+}
+
 bool read_page(const std::string &path, const request &asked, info_page *page,
                std::string *message) {
-    const reader read = session_pairs_here(path.c_str())        ? info_session
-                        : input_file_is_directory(path.c_str()) ? nullptr
-                                                                : reader_for(path);
+    const reader read = reader_of(path);
+    if (has_places(asked)) {
+        return read_lengths(path, read, asked, page, message);
+    }
     if (read == nullptr) {
         return read_calibration(path, asked, page, message);
     }
@@ -399,10 +445,10 @@ int explain_all(const std::vector<std::string> &paths, const request &asked) {
     return result;
 }
 
-/// The files of an operand: with --at, of a result's folder only result.json.
+/// The files of an operand: with places, of a result's folder only result.json.
 std::vector<std::string> expand(const std::string &name, const request &asked) {
     const std::string result = name + "/" + result_name;
-    const bool one = asked.at != nullptr && exists(result);
+    const bool one = (asked.at != nullptr || has_places(asked)) && exists(result);
     return one ? std::vector<std::string>{result} : info_expand(name);
 }
 

@@ -58,6 +58,16 @@ bool info_is_point(const std::string &text, double at_px[2]);
 bool info_point(const std::string &path, const double at_px[2], info_page *page,
                 std::string *message);
 
+/// Places in a result's maps, in px; NULL: not asked for.
+struct info_places {
+    const double *depth;     // x, y
+    const double *distance;  // x, y, x, y
+    const double *plane;     // x, y, width, height
+};
+/// Likewise by lengths there, from the points.pcd beside it.
+bool info_lengths(const std::string &path, const info_places &places, info_page *page,
+                  std::string *message);
+
 /// The same for a recorded session, which is a directory.
 bool info_session(const std::string &path, info_page *page, std::string *message);
 

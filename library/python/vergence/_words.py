@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arguments of Python functions as words of the command line, and progress bars."""
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from typing import Any, Optional, Union
+
+PathLike = Union[str, "os.PathLike[str]"]
+# None: a bar where tqdm is installed and standard error is a terminal. A callable gets the stage and the
+# share of the whole that is done, 0 to 1.
+Progress = Union[None, bool, Callable[[str, float], None]]
+
+
+def path_of(path: PathLike) -> str:
+    return os.path.abspath(os.fspath(path)) if os.fspath(path).startswith("-") else os.fspath(path)
+
+
+def text_of(value: Any, separator: str) -> str:
+    if isinstance(value, (tuple, list)):
+        return separator.join(text_of(one, separator) for one in value)
+    if isinstance(value, float):
+        return repr(value)
+    if hasattr(value, "item"):  # a number of numpy
+        return text_of(value.item(), separator)
+    return str(value)
+
+
+def words_of(separators: dict[str, str], **options: Any) -> list[str]:
+    """Options by the names of the command line, with _ for -: None and False are left out."""
+    words: list[str] = []
+    for name, value in options.items():
+        option = "--" + name.replace("_", "-")
+        if value is True:
+            words.append(option)
+        elif value is not None and value is not False:
+            words += [option, text_of(value, separators.get(name, ","))]
+    return words
+
+
+class Bar:
+    """The progress of one call, as a context manager; `call` is what the library calls, or None."""
+
+    def __init__(self, progress: Progress) -> None:
+        self.call: Optional[Callable[[str, float], None]] = None
+        self._bar: Any = None
+        if callable(progress):
+            self.call = progress
+            return
+        if progress is False or (progress is None and not sys.stderr.isatty()):
+            return
+        try:
+            from tqdm import tqdm
+        except ImportError:
+            return
+        self._bar = tqdm(total=100, leave=False, bar_format="{desc:12} {percentage:3.0f} % |{bar}| {elapsed}")
+        self.call = self._show
+
+    def _show(self, stage: str, share: float) -> None:
+        self._bar.set_description_str(stage, refresh=False)
+        self._bar.update(max(0.0, round(100 * share) - self._bar.n))
+
+    def __enter__(self) -> "Bar":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        if self._bar is not None:
+            self._bar.close()
