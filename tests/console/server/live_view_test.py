@@ -236,6 +236,25 @@ class OnWebcams(Page, DeviceTest):
         self.until("/pair 1 of 1/.test(document.getElementById('pace').textContent)")
         self.assertTrue(self.browser.evaluate("document.getElementById('controls').closest('section').hidden"))
 
+    def test_a_camera_that_vanishes_and_a_daemon_that_ends_are_reported(self):
+        self.plug("plug")
+        self.serve(self.cameras() + f"plug /dev/video1 {self.place('plug')}\n", "profile=two-cameras")
+        self.asked("bringup")
+        view = View(self.folder, f"unix:{self.path}")
+        self.addCleanup(view.end)
+        self.opened(view)
+        self.plug("plug", False)
+        self.until("/right camera: it is gone .*bringup/.test(document.getElementById('alert').textContent)")
+        self.plug("plug")
+        self.click("[data-run='Bring up']")
+        self.until("document.getElementById('alert').hidden")
+        self.newer()
+        self.end(type(self).daemon)
+        self.until("/connection lost|no vergenced|cannot connect|No such file/"
+                   ".test(document.getElementById('alert').textContent)")
+        self.start()
+        self.until("/bringup/.test(document.getElementById('alert').textContent)")
+
     def test_one_line_says_what_is_wrong(self):
         for words, expected in ((("--cameras", "/dev/video7,/dev/video8"), 0),
                                 (("unix:absent.sock",), 3), (("absent",), 3),
