@@ -181,6 +181,8 @@ int show(const request &asked, const char *where) {
         return fail(error, CLIENT_BAD_INPUT);
     }
     view_settings settings;
+    settings.title =
+        "Vergence: " + (webcams.cameras().empty() ? source->name() : webcams.cameras());
     settings.port = asked.port;
     settings.out = asked.out;
     settings.calibration = asked.calibration != nullptr ? asked.calibration : "";

@@ -8,6 +8,7 @@
 class view_source;
 
 struct view_settings {
+    std::string title;        ///< of the page
     int port = 0;             ///< 0: any
     std::string out;          ///< directory of what is fetched and made; created when needed
     std::string calibration;  ///< for surfaces; "": that of the session

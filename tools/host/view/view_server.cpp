@@ -256,7 +256,7 @@ void view_server::state::serve(mg_connection *client, const mg_request_info *req
         refuse(client, "405 Method Not Allowed", "GET or POST");
     } else if (path.empty()) {
         answer(client, "200 OK", "text/html; charset=utf-8",
-               view_page_make("Vergence: " + source->name(), facts()));
+               view_page_make(settings.title, facts()));
     } else if (path == "picture") {
         send_picture(client, after);
     } else if (path == "depth") {

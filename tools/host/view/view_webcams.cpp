@@ -72,6 +72,7 @@ bool view_webcams::start(const std::string &program, const std::string &left,
         return false;
     }
     folder_ = folder;
+    cameras_ = left + " and " + right;
     address_ = "unix:" + folder_ + "/v.sock";
     const std::string log = folder_ + "/log";
     for (const char *name : {"", "/files", "/store"}) {

@@ -21,10 +21,12 @@ class view_webcams {
                const std::string &out, std::string *error);
     /// "unix:PATH" of its socket.
     const std::string &address() const { return address_; }
+    /// "/dev/video0 and /dev/video2"; "": not started.
+    const std::string &cameras() const { return cameras_; }
 
   private:
     pid_t child_ = -1;
-    std::string folder_, address_;
+    std::string folder_, address_, cameras_;
 };
 
 /// Runs a program without a terminal and returns its exit code; what it says goes to `*output`.
