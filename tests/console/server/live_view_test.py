@@ -16,11 +16,12 @@ import cv2
 import numpy
 
 from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest
-from fake_devices import DeviceTest, preloaded
+from fake_devices import DeviceTest, preloaded, show
 from waiting import wait_until
 
 sys.path.insert(0, os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "command"))
 
+import boards  # noqa: E402
 from browser import Browser  # noqa: E402
 
 VERGENCE = os.environ["VERGENCE"]
@@ -235,6 +236,40 @@ class OnWebcams(Page, DeviceTest):
         self.browser.open(recorded.url, f"{NUMBER} > 0")
         self.until("/pair 1 of 1/.test(document.getElementById('pace').textContent)")
         self.assertTrue(self.browser.evaluate("document.getElementById('controls').closest('section').hidden"))
+
+    def show_pair(self, pair):
+        for path, image in zip(self.pictures, pair):
+            show(path, cv2.cvtColor(image, cv2.COLOR_GRAY2RGB))
+
+    def test_the_guide_leads_to_a_calibration_that_is_used(self):
+        view = self.started("--cameras", "/dev/video0,/dev/video1")
+        self.opened(view)
+        self.click("#board-find")
+        state = "document.getElementById('board-state').textContent"
+        self.until(f"/left: .*right: .*0 of 15 views; next: hold/.test({state})")
+        for number, pair in enumerate(boards.pairs(), 1):
+            shown = view.picture()[0]
+            self.show_pair(pair)
+            # Frames that were under way show the pose before.
+            self.until(f"{NUMBER} > {shown + 3} && /found in both/.test({state})")
+            wait_until(lambda: self.captured_view(number, state), lambda: self.text("log"))
+        self.click("#board-calibrate")
+        self.until("/^calibration set/.test(document.querySelector('#log li:last-child code').textContent)"
+                   " && !document.querySelector('#log li:last-child .answer').textContent.startsWith('…')")
+        self.assertIn("baseline", self.text("log"))
+        self.click("[data-mode=depth]")
+        self.until("Number(document.getElementById('stage').dataset.depths || 0) > 1")
+        self.assertIn("rows agree", self.text("depth-state"))
+
+    def captured_view(self, number, state):
+        """Whether the view is there; one during which a frame changed is refused and repeated."""
+        done = "document.querySelectorAll('#log li').length"
+        count = self.browser.evaluate(done)
+        self.click("#board-capture")
+        self.until(f"{done} > {count} && "
+                   "!document.querySelector('#log li:last-child .answer').textContent.startsWith('…')")
+        self.browser.settle()
+        return self.browser.evaluate(f"/ {number} of 15 views/.test({state})")
 
     def test_a_camera_that_vanishes_and_a_daemon_that_ends_are_reported(self):
         self.plug("plug")

@@ -123,6 +123,7 @@ function drawMarks(pane) {
   }
   const region = stage.drag && stage.drag.region || stage.region;
   if (region && marked) context2d.strokeRect(pane.dx + region.x * pane.scale, pane.dy + region.y * pane.scale, region.w * pane.scale, region.h * pane.scale);
+  drawBoard(pane);
   drawPointer(pane);
 }
 

@@ -23,24 +23,6 @@ constexpr double width_wanted_px = 320;
 constexpr double scale_min = 0.25, scale_max = 1;
 constexpr int row_lines = 9, row_step_px = 8;
 
-/// One half of the picture as the reconstruction takes it: grey, by BT.601 as everywhere.
-void take_half(const view_picture &picture, int side, std::vector<std::uint16_t> *grey) {
-    const int width = picture.width_px / 2;
-    const auto row_values = static_cast<std::size_t>(picture.width_px * picture.channels);
-    grey->resize(static_cast<std::size_t>(width * picture.height_px));
-    std::uint16_t *to = grey->data();
-    for (int y = 0; y < picture.height_px; y++) {
-        const std::uint8_t *from = picture.pixels.data() +
-                                   static_cast<std::size_t>(y) * row_values +
-                                   static_cast<std::size_t>(side * width * picture.channels);
-        for (int x = 0; x < width; x++, from += picture.channels) {
-            *to++ = static_cast<std::uint16_t>(
-                picture.channels == 1 ? from[0]
-                                      : (77 * from[0] + 150 * from[1] + 29 * from[2] + 128) >> 8);
-        }
-    }
-}
-
 /// Columns of one rectified row in the raw picture, every few pixels: [x, y, x, y, ...].
 json trace(const rectify_table &table, int y, std::vector<std::int32_t> *work) {
     const auto width = static_cast<std::size_t>(table.width_px);
@@ -188,7 +170,8 @@ std::shared_ptr<view_depth> view_depth_maker::make(const view_picture &picture,
     reconstruct_result result{};
     raw_image raw[2];
     for (int side = 0; side < 2 && error == ERROR_OK; side++) {
-        take_half(picture, side, &self.half[side]);
+        self.half[side].resize(static_cast<std::size_t>(picture.width_px / 2 * picture.height_px));
+        view_picture_half(picture, side, self.half[side].data());
         raw[side] = {};
         raw[side].data = self.half[side].data();
         raw[side].width_px = picture.width_px / 2;

@@ -88,6 +88,7 @@ class instrument : public view_source {
     void cancel() override;
     std::string fetch(const std::string &name, const std::string &local,
                       std::string *error) override;
+    bool send(const std::string &local, const std::string &name, std::string *error) override;
     std::string name() const override { return address_.empty() ? "vergenced" : address_; }
     bool is_live() const override { return true; }
     void stop() override {
@@ -297,6 +298,27 @@ std::string instrument::fetch(const std::string &name, const std::string &local,
         return "";
     }
     return path;
+}
+
+bool instrument::send(const std::string &local, const std::string &name, std::string *error) {
+    const std::lock_guard<std::mutex> alone(line_);
+    const std::unique_ptr<connection> own = serial_ ? nullptr : connect(error);
+    connection *const line = serial_ ? pictures_.get() : own.get();
+    char quoted[REMOTE_REQUEST_BYTES];
+    if (line == nullptr || !remote_quote(local.c_str(), quoted)) {
+        return false;
+    }
+    const use used(this, line->fd(), false);
+    message last_error{};
+    int code = 0;
+    const std::string command = "send " + std::string(quoted) + " " + name;
+    const auto ignore = [](remote *, void *, const char *) {};
+    if (remote_files(line->get(), command.c_str(), ignore, nullptr, &code, &last_error) != 1 ||
+        code != 0) {
+        *error = last_error.text;
+        return false;
+    }
+    return true;
 }
 
 }  // namespace

@@ -61,30 +61,41 @@ std::string last_line(std::string text) {
 
 }  // namespace
 
+std::string view_result_fetch(view_source *source, const view_settings &settings,
+                              const std::string &name, std::string *error) {
+    if (!is_name(name)) {
+        *error = "not the name of a session";
+        return "";
+    }
+    return make_folder(settings.out, error) ? source->fetch(name, settings.out, error) : "";
+}
+
+int view_result_run(std::vector<std::string> words, std::string *command, std::string *said) {
+    for (const std::string &word : words) {
+        *command += (command->empty() ? "" : " ") + word;
+    }
+    words[0] = view_program(nullptr, 0);
+    std::string output;
+    const int code = view_run_program(words.data(), words.size(), &output);
+    *said = last_line(output);
+    return code;
+}
+
 std::string view_surface_make(view_source *source, const view_settings &settings,
                               const std::string &session) {
     std::string error;
-    if (!is_name(session)) {
-        return view_failed("ARGUMENT", "not the name of a session");
-    }
-    if (!make_folder(settings.out, &error)) {
-        return view_failed("IO", error);
-    }
-    const std::string here = source->fetch(session, settings.out, &error);
+    const std::string here = view_result_fetch(source, settings, session, &error);
     if (here.empty()) {
         return view_failed("IO", error);
     }
     const std::string name = "surface-" + (source->is_live() ? session : "pair" + session);
-    std::vector<std::string> words =
-        words_of(settings, here, source->is_live() ? "" : session, settings.out + "/" + name);
     std::string command;
-    for (const std::string &word : words) {
-        command += (command.empty() ? "" : " ") + word;
-    }
-    words[0] = view_program(nullptr, 0);
-    std::string output;
-    if (view_run_program(words.data(), words.size(), &output) != 0) {
-        return view_failed("FAILED", last_line(output));
+    std::string said;
+    const int code = view_result_run(
+        words_of(settings, here, source->is_live() ? "" : session, settings.out + "/" + name),
+        &command, &said);
+    if (code != 0) {
+        return view_failed("FAILED", said);
     }
     return nlohmann::json{{"ok", true}, {"report", "out/" + name}, {"command", command}}.dump();
 }
@@ -100,8 +111,9 @@ bool view_result_read(view_source *source, const view_settings &settings, const 
     if (path.compare(0, slash, "out") == 0) {
         result->type = "text/html; charset=utf-8";
         result->ours = true;
-        return whole_file_read(settings.out + "/" + name + "/report.html", result_max_bytes,
-                               "a report", &result->content, error) == 0;
+        const char *const page = name == "calibrated" ? "/calibration.html" : "/report.html";
+        return whole_file_read(settings.out + "/" + name + page, result_max_bytes, "a report",
+                               &result->content, error) == 0;
     }
     if (path.compare(0, slash, "file") != 0 || !source->is_live() ||
         !make_folder(settings.out, error)) {

@@ -4,6 +4,7 @@
 #define VERGENCE_TOOLS_HOST_VIEW_VIEW_RESULTS_HPP
 
 #include <string>
+#include <vector>
 
 class view_source;
 
@@ -21,14 +22,23 @@ struct view_settings {
 std::string view_surface_make(view_source *source, const view_settings &settings,
                               const std::string &session);
 
+/// Fetches a session of the instrument into the directory for results. Returns its path, or "" with
+/// one sentence.
+std::string view_result_fetch(view_source *source, const view_settings &settings,
+                              const std::string &name, std::string *error);
+
+/// Runs this program with the words after the first. Returns its exit code; `*command` is the line,
+/// and `*said` the last line that it printed.
+int view_result_run(std::vector<std::string> words, std::string *command, std::string *said);
+
 struct view_result {
     std::string content;
     const char *type = "";
     bool ours = false;  ///< made by this program, scripts included
 };
 
-/// Reads "out/NAME", the report of a surface, or "file/NAME", a file of the instrument. False with
-/// one sentence.
+/// Reads "out/NAME", the report of a surface or a calibration, or "file/NAME", a file of the
+/// instrument. False with one sentence.
 bool view_result_read(view_source *source, const view_settings &settings, const std::string &path,
                       view_result *result, std::string *error);
 

@@ -11,6 +11,7 @@
 
 #include "daemon/base/monotonic.h"
 #include "tools/host/formats/colormap.hpp"
+#include "tools/host/view/view_board.hpp"
 #include "tools/host/view/view_depth.hpp"
 #include "tools/host/view/view_feed.hpp"
 #include "tools/host/view/view_jpeg.hpp"
@@ -22,7 +23,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::chrono::milliseconds patience(5000);
-constexpr std::size_t body_max_bytes = 1024;
+constexpr std::size_t body_max_bytes = 8192;
 
 std::string random_token() {
     unsigned char bytes[16];
@@ -103,6 +104,7 @@ struct view_server::state {
     void post(mg_connection *client, const std::string &path);
     void send_picture(mg_connection *client, std::uint64_t after);
     void send_depth(mg_connection *client, const char *query, std::uint64_t after);
+    void send_board(mg_connection *client, const char *query, std::uint64_t after);
     void send_result(mg_connection *client, const std::string &path);
     void run_command(mg_connection *client, const std::string &line) const;
     std::string facts() const;
@@ -219,6 +221,23 @@ void view_server::state::run_command(mg_connection *client, const std::string &l
     mg_send_chunk(client, "", 0);
 }
 
+void view_server::state::send_board(mg_connection *client, const char *query, std::uint64_t after) {
+    const int columns = static_cast<int>(number_of(query, "columns"));
+    const int rows = static_cast<int>(number_of(query, "rows"));
+    constexpr int corners_max = 255;
+    if (columns < 2 || rows < 2 || columns > corners_max || rows > corners_max) {
+        refuse(client, "400 Bad Request", "a board has 2x2 to 255x255 inner corners, as in 9x6");
+        return;
+    }
+    const auto picture = pictures->newer(after, patience);
+    if (picture == nullptr || !picture->error.empty()) {
+        answer(client, "204 No Content", "text/plain", "");
+        return;
+    }
+    answer(client, "200 OK", "application/json", view_board_find(*picture, columns, rows),
+           "X-Vergence: {\"number\":" + std::to_string(picture->number) + "}\r\n");
+}
+
 void view_server::state::send_result(mg_connection *client, const std::string &path) {
     view_result result;
     std::string error;
@@ -241,6 +260,9 @@ void view_server::state::post(mg_connection *client, const std::string &path) {
     } else if (path == "reconstruct") {
         const std::lock_guard<std::mutex> alone(one_surface);
         answer(client, "200 OK", "application/json", view_surface_make(source, settings, body));
+    } else if (path == "calibrate") {
+        const std::lock_guard<std::mutex> alone(one_surface);
+        answer(client, "200 OK", "application/json", view_board_calibrate(source, settings, body));
     } else {
         refuse(client, "404 Not Found", "no such page");
     }
@@ -261,6 +283,8 @@ void view_server::state::serve(mg_connection *client, const mg_request_info *req
         send_picture(client, after);
     } else if (path == "depth") {
         send_depth(client, request->query_string, after);
+    } else if (path == "board") {
+        send_board(client, request->query_string, after);
     } else if (path.compare(0, 4, "out/") == 0 || path.compare(0, 5, "file/") == 0) {
         send_result(client, path);
     } else {

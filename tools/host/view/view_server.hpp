@@ -10,6 +10,8 @@
 ///                               it in the header X-Vergence. 204: none for now; 503 with a
 ///                               sentence
 ///   GET  /TOKEN/depth?after=N&near=MM&far=MM&refined=1    the same for depths: see view_depth.hpp
+///   GET  /TOKEN/board?columns=N&rows=N&after=N  the board in the picture: see view_board.hpp
+///   POST /TOKEN/calibrate       calibrates from views of it
 ///   POST /TOKEN/command         runs the line in the body: its answer, lines of JSON
 ///   POST /TOKEN/cancel          cancels what runs
 ///   POST /TOKEN/reconstruct     makes the surface of the session in the body: {"report": PATH}

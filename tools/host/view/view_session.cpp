@@ -43,6 +43,10 @@ class session : public view_source {
     std::string fetch(const std::string &, const std::string &, std::string *) override {
         return path_;
     }
+    bool send(const std::string &, const std::string &, std::string *error) override {
+        *error = "a recorded session takes no files";
+        return false;
+    }
     std::string name() const override { return path_; }
     bool is_live() const override { return false; }
     void stop() override {

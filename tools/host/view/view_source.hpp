@@ -24,6 +24,23 @@ struct view_picture {
     std::string error;  ///< there is no picture: what is wrong and what to do
 };
 
+/// Grey values of its left (0) or right half, by BT.601 as everywhere: `grey` has room for them.
+template <class Value>
+void view_picture_half(const view_picture &picture, int side, Value *grey) {
+    const int width = picture.width_px / 2;
+    const auto row_values = static_cast<std::size_t>(picture.width_px * picture.channels);
+    for (int y = 0; y < picture.height_px; y++) {
+        const std::uint8_t *from = picture.pixels.data() +
+                                   static_cast<std::size_t>(y) * row_values +
+                                   static_cast<std::size_t>(side * width * picture.channels);
+        for (int x = 0; x < width; x++, from += picture.channels) {
+            *grey++ = static_cast<Value>(
+                picture.channels == 1 ? from[0]
+                                      : (77 * from[0] + 150 * from[1] + 29 * from[2] + 128) >> 8);
+        }
+    }
+}
+
 class view_source {
   public:
     virtual ~view_source() = default;
@@ -43,6 +60,9 @@ class view_source {
     /// it is. Returns its path, or "" with one sentence. Any thread.
     virtual std::string fetch(const std::string &name, const std::string &local,
                               std::string *error) = 0;
+
+    /// Copies a file of this machine to the instrument under this name. False with one sentence.
+    virtual bool send(const std::string &local, const std::string &name, std::string *error) = 0;
 
     virtual std::string name() const = 0;
     /// Whether there is an instrument, with commands of its own.
