@@ -357,8 +357,9 @@ def targets(build, names):
     chosen = [test for test in every if re.search(names, test.name)]
     needed = {fixture for test in chosen for fixture in test.fixtures}
     chosen += [test for test in every if needed & set(test.setup)]
-    every_target = set(re.findall(r"^build ([^:|]+?)(?: \|[^:]*)?: ", pathlib.Path(
-        build, "build.ninja").read_text(encoding="utf-8"), re.MULTILINE))
+    rules = re.findall(r"^build ([^:|]+?)(?: \|[^:]*)?: ", pathlib.Path(
+        build, "build.ninja").read_text(encoding="utf-8"), re.MULTILINE)
+    every_target = {target for rule in rules for target in rule.split()}
     found = set()
     for test in chosen:
         text = "".join(read(path) for path in test.modules()) if test.script() else None

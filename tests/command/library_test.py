@@ -7,10 +7,10 @@ import subprocess
 import tempfile
 import unittest
 
-from pairs import Fixture, RECTIFIED, VERGENCE
+from pairs import Fixture, RECTIFIED
 from pairs import run as run_vergence
 
-BUILD = pathlib.Path(VERGENCE).parents[1]
+BUILD = pathlib.Path(os.environ["VERGENCE_LIBRARY"]).parents[1]
 
 PROGRAM = r"""
 #include <stdio.h>

@@ -9,9 +9,9 @@ import sys
 import sysconfig
 import unittest
 
-BUILD = pathlib.Path(os.environ["VERGENCE"]).parents[1]
+LIBRARY = pathlib.Path(os.environ["VERGENCE_LIBRARY"]).parent
+BUILD = LIBRARY.parent
 SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
-LIBRARY = BUILD / "library"
 CACHE = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "vergence"
 REQUIREMENTS = "nanobind==2.9.2 scikit-build-core==0.11.6\n"
 FLAGS = ("-std=c++17", "-O2", "-fPIC", "-fvisibility=hidden", "-fno-strict-aliasing", "-DNDEBUG")

@@ -7,8 +7,10 @@ import base64
 import json
 import os
 import re
+import shutil
 import socket
 import tempfile
+import weakref
 import zlib
 from collections.abc import Iterator
 from typing import Any, NamedTuple, Optional, Union
@@ -35,9 +37,10 @@ class Pictures(NamedTuple):
 class Pair:
     """A captured pair: a session in the directory `path`, `left` and `right` as they were captured."""
 
-    def __init__(self, path: str, kept: Optional[tempfile.TemporaryDirectory[str]] = None) -> None:
+    def __init__(self, path: str, temporary: Optional[str] = None) -> None:
         self.path = path
-        self._kept = kept  # removed with the last reference
+        if temporary is not None:
+            weakref.finalize(self, shutil.rmtree, temporary, ignore_errors=True)
 
     def reconstruct(self, calibration: Union[None, Calibration, PathLike] = None, **options: Any) -> Surface:
         """`vergence.reconstruct` of it; without a calibration with the one that the pair carries."""
@@ -264,22 +267,25 @@ class Instrument:
         removed there. to: the directory for the session, which must not exist or be empty; None: a
         temporary one, removed with the Pair."""
         wanted = name or f"python-{os.urandom(6).hex()}"
-        kept = tempfile.TemporaryDirectory(prefix="vergence-") if to is None else None
-        path = os.path.join(kept.name, wanted) if kept is not None else os.fspath(to)  # type: ignore[arg-type]
         self._command("capture", wanted, options)
+        temporary = tempfile.mkdtemp(prefix="vergence-") if to is None else None
+        pair = Pair(os.path.join(temporary, wanted) if to is None and temporary else os.fspath(to or ""),
+                    temporary)
         try:
-            self._fetch_directory(wanted, path)
+            self._fetch_directory(wanted, pair.path)
         finally:
             if name is None:
                 self(f"remove {wanted}")
-        return Pair(path, kept)
+        return pair
 
     def _fetch_directory(self, name: str, path: str) -> None:
         os.makedirs(path, exist_ok=True)
         if os.listdir(path):
             raise Error("ARGUMENT", f"{path}: not empty")
         for entry in self(f"files {name}").get("files", []):
-            file = entry["name"].rsplit("/", 1)[-1]
+            file = os.path.basename(entry.get("file", ""))
+            if not file:
+                continue  # a directory
             with open(os.path.join(path, file), "wb") as out:
                 out.write(self.fetch(f"{name}/{file}"))
 
