@@ -8,24 +8,38 @@
 #include "focus/depth_iris.h"
 #include "measure/measure_steps.h"
 #include "measure/measure_tuning.h"
+#include "measure/zoom_field.h"
 
-// The nearest depth to be sharp: what comes much nearer than the subject's middle is the table in
-// front of it, which must not draw the focus away. Depths that the request states are taken as they
-// are.
-static double sharp_from_mm(const struct measure *self) {
+struct sharp_range {
+    double near_mm, far_mm;
+};
+
+// The depths to be sharp. A table under the subject may reach from before it to far behind:
+// what lies farther behind its middle than half of the width that both see, or comes much nearer
+// than this, must not draw the focus away. Depths that the request states are taken as they are.
+static struct sharp_range to_be_sharp(const struct measure *self) {
+    struct sharp_range range = {self->near_mm, self->far_mm};
+    struct zoom_field field;
+    double point_mm[3];
     if (!(self->near_mm < self->middle_mm && self->middle_mm < self->far_mm)) {
-        return self->near_mm;
+        return range;
+    }
+    measure_point(self, point_mm);
+    if (zoom_field_at(measure_model(self), &self->instrument.frames, &self->axes, point_mm,
+                      &field) == ERROR_OK) {
+        range.far_mm = math_min(range.far_mm, self->middle_mm + field.width_mm / 2);
     }
     const double middle = 1 / self->middle_mm;
-    const double behind = math_max(middle - 1 / self->far_mm, MEASURE_BEHIND_MIN * middle);
+    const double behind = math_max(middle - 1 / range.far_mm, MEASURE_BEHIND_MIN * middle);
     const double nearest = middle + MEASURE_NEAR_FACTOR * behind;
-    return math_max(self->near_mm, 1 / nearest);
+    range.near_mm = math_max(self->near_mm, 1 / nearest);
+    return range;
 }
 
 // The lens with the longer focal length, focused on the middle of the subject; false: too near.
 static bool lens_of(const struct measure *self, struct lens_state *state) {
     const struct zoom_calibration *model = measure_model(self);
-    const double near_mm = sharp_from_mm(self);
+    const struct sharp_range range = to_be_sharp(self);
     double focal_mm = 0;
     for (int side = 0; side < 2; side++) {
         const struct zoom_camera *camera = &model->camera[side];
@@ -36,9 +50,9 @@ static bool lens_of(const struct measure *self, struct lens_state *state) {
     *state = (struct lens_state){
         .focal_length_mm = focal_mm,
         .f_number = self->f_number > 0 ? self->f_number : MEASURE_WIDE_F_NUMBER,
-        .focus_distance_mm = near_mm > 0 ? lens_range_middle(near_mm, self->far_mm) : 0,
+        .focus_distance_mm = range.near_mm > 0 ? lens_range_middle(range.near_mm, range.far_mm) : 0,
     };
-    return focal_mm > 0 && near_mm > 2 * focal_mm;
+    return focal_mm > 0 && range.near_mm > 2 * focal_mm;
 }
 
 static double sharp_mm(const struct measure *self) {
@@ -72,8 +86,9 @@ bool measure_prepare_iris(struct measure *self, struct measure_step *step) {
         [DEPTH_IRIS_CLOSED] = MEASURE_WHY_IRIS_CLOSED,
         [DEPTH_IRIS_DARK] = MEASURE_WHY_IRIS_LIGHT,
     };
+    const struct sharp_range range = to_be_sharp(self);
     const struct depth_iris iris =
-        depth_iris_for(&lens, sharp_from_mm(self), self->far_mm, sharp_mm(self), &limits);
+        depth_iris_for(&lens, range.near_mm, range.far_mm, sharp_mm(self), &limits);
     if (iris.blur_mm > MEASURE_BLURRED_PX / MEASURE_SHARP_PX * sharp_mm(self)) {
         measure_lose(self, MEASURE_LOSS_NOT_SHARP);
     }
@@ -130,7 +145,8 @@ bool measure_prepare_middle(struct measure *self, struct measure_step *step) {
                         self->focus_missed ? MEASURE_WHY_FOCUS_CALIBRATED : MEASURE_WHY_FOCUS_KNOWN,
                         has_depth ? lens.focus_distance_mm : self->distance_mm, 0, 0, 0);
     } else {
-        measure_explain(step, MEASURE_WHY_FOCUS_MIDDLE, sharp_from_mm(self), self->far_mm, 0, 0);
+        const struct sharp_range range = to_be_sharp(self);
+        measure_explain(step, MEASURE_WHY_FOCUS_MIDDLE, range.near_mm, range.far_mm, 0, 0);
     }
     return true;
 }
