@@ -27,6 +27,7 @@ struct arguments {
     int pair;
     const char *out;
     bool quiet;
+    struct export_recording recording;
 };
 
 /// The state of one run. Large: static.
@@ -68,12 +69,39 @@ static const struct command_argument options[] = {
      .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, quiet),
      .help = "Print only errors."},
+    // From here on only where recordings can be written.
+    {.name = "mcap",
+     .kind = COMMAND_TEXT,
+     .offset = offsetof(struct arguments, recording.file),
+     .value_name = "FILE",
+     .help = "Write one MCAP file of ROS 2 messages instead of images: /left/image_raw and "
+             "/left/camera_info, the same of the right camera, /tf (pan, and where the right "
+             "camera is) and /diagnostics (axes, exposure). All messages of a pair have the time "
+             "of its left frame."},
+    {.name = "compressed",
+     .kind = COMMAND_FLAG,
+     .offset = offsetof(struct arguments, recording.compressed),
+     .help = "With --mcap: images as PNG, 8 bits a value, as /left/image_raw/compressed."},
+    {.name = "result",
+     .kind = COMMAND_TEXT,
+     .offset = offsetof(struct arguments, recording.result),
+     .value_name = "DIR",
+     .help =
+         "With --mcap: add the result of a pair, as /disparity and /points (m, from points.pcd)."},
+    {.name = "calibration",
+     .kind = COMMAND_TEXT,
+     .offset = offsetof(struct arguments, recording.calibration),
+     .value_name = "FILE",
+     .help = "With --mcap: the cameras' calibration. Default: the session's own; without one "
+             "camera_info is left out."},
 };
+
+enum { RECORDING_OPTIONS = 4 };
 
 static const struct option_page page = {
     .command = "vergence export",
     .operands = "SESSION",
-    .summary = "write the pairs of a session as images",
+    .summary = "write the pairs of a session for other programs",
     .description =
         "Writes both frames of each pair as SESSION-pair1-left.png and SESSION-pair1-right.png: "
         "demosaiced, with the brightness a reconstruction uses (the square root of light). The "
@@ -302,25 +330,70 @@ static int exit_code_of(const struct run *self, int error) {
                                                         : CLIENT_BAD_INPUT;
 }
 
-int export_command_run(int argc, char **argv) {
+/// Whether options are given that exclude each other, with one line about it.
+static bool options_conflict(const struct arguments *asked) {
+    const struct export_recording *file = &asked->recording;
+    const char *wrong = NULL;
+    if (file->file != NULL && (asked->png || strcmp(asked->out, ".") != 0)) {
+        wrong = "--mcap FILE excludes --png and --out";
+    } else if (file->file == NULL && (file->compressed || file->result || file->calibration)) {
+        wrong = "--compressed, --result and --calibration need --mcap FILE";
+    }
+    if (wrong != NULL) {
+        fprintf(stderr, "vergence export: %s\n", wrong);
+    }
+    return wrong != NULL;
+}
+
+static int export_as_recording(struct run *self, export_recording_writer *write) {
+    struct export_recording *request = &self->arguments.recording;
+    request->session = self->session;
+    request->pair = (uint32_t)self->arguments.pair;
+    request->quiet = self->arguments.quiet;
+    struct message why;
+    const int exit_code = write(request, &why);
+    if (exit_code != CLIENT_OK) {
+        fprintf(stderr, "vergence export: %s\n", why.text);
+    } else if (!request->quiet) {
+        printf("written: %s\n", request->file);
+    }
+    return exit_code;
+}
+
+static int export_as_images(struct run *self) {
+    set_label(self);
+    const int error = export_session(self);
+    if (error != ERROR_OK) {
+        fprintf(stderr, "vergence export: %s\n", self->message.text);
+    }
+    const bool here = strcmp(self->arguments.out, ".") == 0;
+    for (int i = 0; error == ERROR_OK && !self->arguments.quiet && i < self->file_count; i++) {
+        printf("written: %s%s%s\n", here ? "" : self->arguments.out, here ? "" : "/",
+               self->files[i]);
+    }
+    free(self->names);
+    free(self->files);
+    return exit_code_of(self, error);
+}
+
+int export_command_run(int argc, char **argv, export_recording_writer *write_recording) {
     static struct run self;
+    struct option_page shown = page;
     int count = 0;
+    if (write_recording == NULL) {
+        shown.option_count -= RECORDING_OPTIONS;
+    }
     self = (struct run){.arguments = {.out = "."}};
-    const int exit_code = options_parse(&page, argc, argv, &self.arguments, &self.session, &count);
+    const int exit_code = options_parse(&shown, argc, argv, &self.arguments, &self.session, &count);
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;
     }
+    if (options_conflict(&self.arguments)) {
+        return CLIENT_USAGE;
+    }
     interrupt_catch();
-    set_label(&self);
-    const int error = export_session(&self);
-    if (error != ERROR_OK) {
-        fprintf(stderr, "vergence export: %s\n", self.message.text);
+    if (self.arguments.recording.file != NULL) {
+        return export_as_recording(&self, write_recording);
     }
-    const bool here = strcmp(self.arguments.out, ".") == 0;
-    for (int i = 0; error == ERROR_OK && !self.arguments.quiet && i < self.file_count; i++) {
-        printf("written: %s%s%s\n", here ? "" : self.arguments.out, here ? "" : "/", self.files[i]);
-    }
-    free(self.names);
-    free(self.files);
-    return exit_code_of(&self, error);
+    return export_as_images(&self);
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Third-party readers of PLY, PCD and glTF, installed once into the user's cache.
+"""Third-party readers of PLY, PCD, glTF and MCAP, installed once into the user's cache.
 
 Versions are pinned, so that a new release does not break a test.
 """
@@ -14,6 +14,8 @@ import sys
 PYTHON_PACKAGES = ["plyfile==1.0.3", "pypcd4==1.5.1", "pydantic==2.14.3", "pydantic-core==2.50.4",
                    "annotated-types==0.8.0", "typing-extensions==4.16.0",
                    "typing-inspection==0.4.5", "python-neo-lzf==0.3.5"]
+RECORDING_PACKAGES = ["rosbags==0.11.9", "mcap==1.6.0", "lz4==4.4.5", "zstandard==0.25.0",
+                      "ruamel.yaml==0.19.1", "apsw==3.54.1.0", "backports.zstd==1.8.0", "typing-extensions==4.16.0"]
 NODE_PACKAGES = ["gltf-validator@2.0.0-dev.3.10", "meshoptimizer@0.22.0"]
 RETRY = os.path.join(os.environ["VERGENCE_SOURCE"], "tools", "retry")
 
@@ -63,18 +65,32 @@ def install_once(folder, wanted, *commands):
         stamp.write_text(wanted)
 
 
-def python_readers():
-    """The modules plyfile and pypcd4."""
-    folder = cache() / "python-readers"
-    install_once(folder, " ".join(PYTHON_PACKAGES),
+def python_packages(name, packages):
+    """Installs packages, and finds their modules before the system's, which may be too old."""
+    folder = cache() / name
+    install_once(folder, " ".join(packages),
                  ["rm", "-rf", str(folder / "lib")],
                  [RETRY, sys.executable, "-m", "pip", "install", "--quiet",
-                  "--disable-pip-version-check", "--no-deps", "--target", str(folder / "lib"), *PYTHON_PACKAGES])
-    # Before the system's, whose typing_extensions may be too old.
+                  "--disable-pip-version-check", "--no-deps", "--target", str(folder / "lib"), *packages])
     sys.path.insert(0, str(folder / "lib"))
+
+
+def python_readers():
+    """The modules plyfile and pypcd4."""
+    python_packages("python-readers", PYTHON_PACKAGES)
     import plyfile
     import pypcd4
     return plyfile, pypcd4
+
+
+def recording_readers():
+    """The modules rosbags and mcap."""
+    python_packages("recording-readers", RECORDING_PACKAGES)
+    import mcap.reader
+    import mcap.writer
+    import rosbags.highlevel
+    import rosbags.typesys
+    return rosbags, mcap
 
 
 def run_node(script, *arguments, data=None):

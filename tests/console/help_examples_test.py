@@ -165,6 +165,12 @@ class Examples(UserTest):
         self.write_images()
         self.run_all(page_of(VERGENCE, "export"))
 
+    def test_import(self):
+        self.write_images()
+        both = [cv2.imread(str(self.place(f"{side}.png"))) for side in ("left", "right")]
+        cv2.imwrite(str(self.place("zed.png")), numpy.hstack(both))
+        self.run_all(page_of(VERGENCE, "import"))
+
     def test_info(self):
         self.write_images()
         self.run_one("vergence reconstruct left.png right.png --calibration rig.txt --out results")

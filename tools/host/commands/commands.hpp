@@ -18,6 +18,9 @@ int command_capture(int argc, char **argv);
 /// `vergence evaluate`: how far a result is from the ground truth.
 int command_evaluate(int argc, char **argv);
 
+/// `vergence import`: a recording of another program as a session.
+int command_import(int argc, char **argv);
+
 /// `vergence info`: explains a calibration, a result or a session.
 int command_info(int argc, char **argv);
 

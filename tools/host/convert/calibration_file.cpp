@@ -422,11 +422,14 @@ int calibration_file_settle(calibration *value, calibration_fault *fault) {
     return code;
 }
 
-int calibration_file_load(const std::string &path, const import_options &options,
-                          calibration *value, calibration_file_report *report,
-                          std::string *message) {
+namespace {
+
+/// `read` returns the files.
+template <class Read>
+int load(const std::string &path, Read read, const import_options &options, calibration *value,
+         calibration_file_report *report, std::string *message) {
     try {
-        std::vector<import_file> files = read_files(path);
+        std::vector<import_file> files = read();
         import_pair pair = read_lengths(&files, options);
         if (!pair.tag.empty()) {
             set_id(files, &pair);
@@ -453,6 +456,21 @@ int calibration_file_load(const std::string &path, const import_options &options
         *message = path + ": cannot read: " + error.what();
         return ERROR_SYNTAX;
     }
+}
+
+}  // namespace
+
+int calibration_file_load(const std::string &path, const import_options &options,
+                          calibration *value, calibration_file_report *report,
+                          std::string *message) {
+    return load(
+        path, [&path] { return read_files(path); }, options, value, report, message);
+}
+
+int calibration_file_convert(const std::vector<import_file> &files, const import_options &options,
+                             calibration *value, std::string *message) {
+    return load(
+        files.front().path, [&files] { return files; }, options, value, nullptr, message);
 }
 
 int calibration_file_write(const std::string &path, const calibration &value,

@@ -32,6 +32,10 @@ int calibration_file_load(const std::string &path, const import_options &options
                           calibration *value, calibration_file_report *report,
                           std::string *message);
 
+/// The same for files in memory, the left camera's or the intrinsics first.
+int calibration_file_convert(const std::vector<import_file> &files, const import_options &options,
+                             calibration *value, std::string *message);
+
 /// Writes the canonical text atomically: a partial file never has this name. Returns 0 or a
 /// negative error code with `message` set.
 int calibration_file_write(const std::string &path, const calibration &value, std::string *message);

@@ -72,6 +72,9 @@ std::vector<export_file> export_mrcal(const calibration &value);
 /// k4 if equidistant.
 std::vector<double> export_coefficients(const lens &one);
 
+/// The name that ROS gives to the lens's distortion.
+const char *export_ros_model(const lens &one);
+
 /// "a, b, c", each so that reading returns the same double.
 std::string export_numbers(const std::vector<double> &values);
 

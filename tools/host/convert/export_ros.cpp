@@ -13,20 +13,24 @@ std::string ros_matrix(const std::string &name, int rows, int columns,
 }
 
 std::string info(const std::string &name, const lens &one, const double R[9], const double P[12]) {
-    static const char *const models[LENS_KINDS] = {"plumb_bob", "rational_polynomial",
-                                                   "equidistant"};
     const std::vector<double> D = export_coefficients(one);
     return "image_width: " + std::to_string(one.width_px) +
            "\nimage_height: " + std::to_string(one.height_px) + "\ncamera_name: " + name + "\n" +
            ros_matrix("camera_matrix", 3, 3,
                       {one.fx_px, 0, one.cx_px, 0, one.fy_px, one.cy_px, 0, 0, 1}) +
-           "distortion_model: " + models[one.kind] + "\n" +
+           "distortion_model: " + export_ros_model(one) + "\n" +
            ros_matrix("distortion_coefficients", 1, int(D.size()), D) +
            ros_matrix("rectification_matrix", 3, 3, {R, R + 9}) +
            ros_matrix("projection_matrix", 3, 4, {P, P + 12});
 }
 
 }  // namespace
+
+const char *export_ros_model(const lens &one) {
+    static const char *const models[LENS_KINDS] = {"plumb_bob", "rational_polynomial",
+                                                   "equidistant"};
+    return models[one.kind];
+}
 
 std::vector<export_file> export_ros(const calibration &value) {
     const export_rectified rectified = export_rectify_or_fail(value);

@@ -3,40 +3,16 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <map>
 
 #include "stereo/geometry/geometry.h"
 #include "tools/host/fit/fit.hpp"
+#include "tools/host/formats/own_points.hpp"
 #include "tools/host/formats/report_text.hpp"
 #include "tools/host/info/info.hpp"
 
 namespace {
 
 using json = nlohmann::ordered_json;
-
-const char *const own_fields = "FIELDS x y z rgb sigma";
-
-/// The header of our own points.pcd: number of points, and mm for one unit. False: another file.
-bool pcd_header(std::istream &stream, size_t *count, double *unit_mm) {
-    static const std::map<std::string, double> units = {{"# lengths in millimetres", 1},
-                                                        {"# lengths in centimetres", 10},
-                                                        {"# lengths in metres", 1000}};
-    bool fields = false;
-    *count = 0;
-    *unit_mm = 0;
-    for (std::string line; std::getline(stream, line) && line.size() < 4096;) {
-        const auto unit = units.find(line);
-        *unit_mm = unit != units.end() ? unit->second : *unit_mm;
-        fields = fields || line == own_fields;
-        if (line.compare(0, 7, "POINTS ") == 0) {
-            *count = std::strtoul(line.c_str() + 7, nullptr, 10);
-        }
-        if (line == "DATA binary") {
-            return fields && *unit_mm > 0;
-        }
-    }
-    return false;
-}
 
 /// The points of a result, with the pixels that they were measured at.
 class result_points {
@@ -63,7 +39,7 @@ class result_points {
         }
         size_t count;
         double unit_mm;
-        if (!pcd_header(stream, &count, &unit_mm)) {
+        if (!own_points_header(stream, &count, &unit_mm)) {
             *message = path_ + ": not the points of a metric result, or damaged";
             return false;
         }

@@ -13,13 +13,9 @@
 
 #include "core/error.h"
 #include "daemon/images/picture.h"
-#include "daemon/session/calibration_at.h"
 #include "daemon/session/session_pairs.h"
-#include "daemon/surface/reconstruct_session.h"
-#include "device/mt9t001.h"
 #include "stereo/geometry/calibration.h"
-#include "tools/host/convert/calibration_file.hpp"
-#include "tools/host/formats/whole_file.hpp"
+#include "tools/host/recordings/session_calibration.hpp"
 #include "tools/host/view/view_source.hpp"
 
 namespace {
@@ -57,8 +53,6 @@ class session : public view_source {
 
   private:
     int load(unsigned number, view_picture *picture, message *last_error);
-    int read_calibration(const session_reader &reader, calibration *value, message *last_error);
-    int cut(calibration *value, int shrink, message *last_error) const;
     void release() {
         for (raw_image &image : images_) {
             raw_image_release(&image);
@@ -86,60 +80,6 @@ bool session::open(std::string *error) {
     }
     *error = code == ERROR_OK ? "" : last_error.text;
     return code == ERROR_OK;
-}
-
-/// The file that the user names, else the pair's own.
-int session::read_calibration(const session_reader &reader, calibration *value,
-                              message *last_error) {
-    calibration_match_state state;
-    const pair &taken = pairs_.pair.pair;
-    calibration_match_pair(pairs_.pair.profile,
-                           pairs_.has_instrument ? &pairs_.instrument : nullptr, &taken, &state);
-    if (calibration_.empty()) {
-        if (!pairs_.has_calibration) {
-            return message_set(last_error, ERROR_MISSING,
-                               "no calibration in the session (name one by --calibration)");
-        }
-        std::string text(CALIBRATION_TEXT_MAX_BYTES, '\0');
-        const int length = session_reader_calibration(&reader, pairs_.calibration_crc, &text[0],
-                                                      text.size(), last_error);
-        return length < 0 ? length
-                          : calibration_at("the session's calibration", text.data(),
-                                           static_cast<std::size_t>(length), value, last_error);
-    }
-    std::string text;
-    std::string reason;
-    if (whole_file_read(calibration_, CALIBRATION_AT_TEXT_BYTES, "a calibration", &text, &reason) ==
-            0 &&
-        zoom_calibration_is_text(text.data(), text.size())) {
-        return calibration_at_pair(calibration_.c_str(), text.data(), text.size(), &state, value,
-                                   last_error);
-    }
-    char format[CALIBRATION_LOADER_FORMAT_BYTES];
-    const calibration_request request = {
-        calibration_.c_str(), images_[0].width_px, images_[0].height_px, nullptr, false, -1};
-    return calibration_file_loader(&request, value, format, last_error);
-}
-
-/// Fits the calibration to the halves of the picture.
-int session::cut(calibration *value, int shrink, message *last_error) const {
-    for (int side = 0; side < 2; side++) {
-        lens &view = side == 0 ? value->left : value->right;
-        const raw_image &image = images_[side];
-        const pair_window &window = pairs_.pair.pair.frame[side].window;
-        if (view.width_px == MT9T001_WIDTH_PX && view.height_px == MT9T001_HEIGHT_PX &&
-            window.skip > 0) {
-            view = reconstruct_session_cut(&view, &window, image.width_px, image.height_px);
-        }
-        if (view.width_px != image.width_px || view.height_px != image.height_px) {
-            return message_set(last_error, ERROR_SIZE_MISMATCH,
-                               "the calibration is for %dx%d px, the frames have %dx%d",
-                               view.width_px, view.height_px, image.width_px, image.height_px);
-        }
-        view = reconstruct_session_shrink(&view, shrink);
-    }
-    value->has_origin = false;
-    return ERROR_OK;
 }
 
 int session::load(unsigned number, view_picture *picture, message *last_error) {
@@ -180,9 +120,8 @@ int session::load(unsigned number, view_picture *picture, message *last_error) {
                            both.pixels + both.row_bytes * static_cast<std::size_t>(both.height_px));
     std::free(both.pixels);
     calibration value{};
-    code = read_calibration(reader, &value, last_error);
+    code = session_calibration(reader, pairs_, calibration_.c_str(), shrink, &value, last_error);
     session_reader_close(&reader);
-    code = code == ERROR_OK ? cut(&value, shrink, last_error) : code;
     char text[CALIBRATION_TEXT_MAX_BYTES];
     if (code == ERROR_OK && calibration_print(&value, text, sizeof text) > 0) {
         picture->calibration = text;
