@@ -355,8 +355,8 @@ def evaluate(surface: Union[Surface, np.ndarray], truth: Union[PathLike, np.ndar
     unknown, or a file."""
     disparity = _map("surface", surface.disparity if isinstance(surface, Surface) else surface)
     known: Any = mask
-    if _is_path(truth):
-        path = os.fspath(mask) if mask is not None and _is_path(mask) else None
+    if isinstance(truth, (str, os.PathLike)):
+        path = os.fspath(mask) if isinstance(mask, (str, os.PathLike)) else None
         values, read = _vergence.load_truth(os.fspath(truth), path, float(scale))
         known = read if path is not None else mask
     else:
