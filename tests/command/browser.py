@@ -105,7 +105,7 @@ class Browser:
         """Loads a file, or an address, and waits until the expression `ready` is true."""
         self.events.clear()
         self.call("Page.navigate",
-                  url=path if "://" in path else "file://" + os.path.abspath(path))
+                  url=path if "://" in str(path) else "file://" + os.path.abspath(path))
         deadline = time.monotonic() + timeout_s
         # There may be no document while the page is replaced.
         while not self.evaluate(f"document.documentElement !== null && ({ready})"):
