@@ -8,6 +8,7 @@
 #include "daemon/base/process.h"
 #include "daemon/cli/options.h"
 #include "daemon/cli/progress.h"
+#include "daemon/surface/reconstruct_all.h"
 #include "daemon/surface/reconstruct_session.h"
 #include "daemon/surface/reconstruct_summary.h"
 #include "daemon/surface/result/result_json.h"
@@ -109,6 +110,9 @@ int reconstruct_command_run(const struct reconstruct_program *program, int argc,
         caller.source = &session;
     }
     interrupt_catch();
+    if (request.all) {
+        return exit_code_of(reconstruct_all_run(program, &request, &caller, &session, &progress));
+    }
     progress_begin(&progress, request.quiet);
     const int error = reconstruct_job_run(&job);
     progress_end(&progress);

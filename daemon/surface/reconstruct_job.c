@@ -241,7 +241,7 @@ static int prepare(struct reconstruct_job *job) {
 }
 
 static int allocate(struct reconstruct_job *job) {
-    job->workers = workers_create(job->request->threads);
+    job->workers = job->pool != NULL ? job->pool : workers_create(job->request->threads);
     if (job->workers == NULL) {
         return message_set(&job->message, ERROR_MEMORY, "out of memory for threads");
     }
@@ -569,7 +569,9 @@ void reconstruct_job_end(struct reconstruct_job *job) {
         job->program->debug_end(job->debug);
     }
     atomic_dir_abort(&job->directory);
-    workers_destroy(job->workers);
+    if (job->pool == NULL) {
+        workers_destroy(job->workers);
+    }
     if (job->memory != NULL) {
         munmap(job->memory, job->memory_bytes);
     }

@@ -28,6 +28,7 @@ struct reconstruct_job {
     const struct reconstruct_program *program;
     const struct reconstruct_request *request;
     const struct reconstruct_caller *caller;
+    struct workers *pool;  // threads to be used; NULL: those of the request, for this job alone
     /// Check before the work that there is room for it and its files, which go into the directory
     /// `files` with its limit, see free_space_now.
     bool check_space;

@@ -81,6 +81,11 @@ const struct command_argument reconstruct_arguments[] = {
      .help = "Directory for the results; created if missing. Results of an earlier run in it, which "
              "its hidden list .vergence-files names, are replaced; a file of another origin with a "
              "result's name is refused. Required."},
+    {.name = "all", .kind = COMMAND_FLAG, .offset = FIELD(all),
+     .help = "Measure all pairs of SESSION, or of all sessions in that directory, in one process: into 0001, 0002 ... "
+             "in DIR (or SESSION/0001 ...), with a table in pairs.json. The same command again keeps results that "
+             "would be the same and makes the rest. A pair that cannot be measured does not stop the others; the exit "
+             "code is the first one's."},
     {.name = "threads", .kind = COMMAND_INTEGER, .offset = FIELD(threads), .value_name = "N",
      .min = 1, .max = WORKERS_MAX_THREADS,
      .help = "Number of threads; the result does not depend on it. Default: all processors."},
@@ -164,7 +169,8 @@ static const struct option_page page = {
         ".vergence-files (which files these are)" RESULT_FORMAT_HELP
         ".\n"
         "SESSION is a directory written by \"capture\" or \"record\" of vergenced: its last pair "
-        "is measured with the session's calibration, unless --calibration names another.\n"
+        "is measured with the session's calibration, unless --calibration names another; "
+        "--all measures all pairs.\n"
         "The directory of results appears once everything is written; before that, and after any "
         "failure, nothing of this run exists under its name. Ctrl-C stops within a second.",
     .examples =
@@ -172,6 +178,7 @@ static const struct option_page page = {
         "vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --near 400 --far 900 "
         "--out result\n"
         "vergence reconstruct files/scene --calibration calibrated/rig.calibration --out result\n"
+        "vergence reconstruct files/scene --all --near 500 --far 4000 --out results\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:64 --out result "
         "--debug why",
@@ -197,6 +204,20 @@ static const char *check_images(const struct reconstruct_request *request) {
         return "--bits, --bayer and --raw are for images (a session states its own frame format)";
     }
     return NULL;
+}
+
+/// What is wrong with the request for all pairs; NULL: nothing.
+static const char *check_all(const struct reconstruct_request *request) {
+    if (!request->all) {
+        return NULL;
+    }
+    if (request->session_path == NULL) {
+        return "--all requires a recorded session, or a directory of them";
+    }
+    const bool one_pair = request->pair != 0 || request->with_pair != 0 ||
+                          request->debug_path != NULL || request->ground_truth_path != NULL;
+    return one_pair ? "--all cannot be combined with --pair, --with-pair, --debug or --ground-truth"
+                    : NULL;
 }
 
 /// What is wrong with the calibration; NULL: nothing.
@@ -267,6 +288,7 @@ static const char *check_outputs(const struct reconstruct_request *request) {
 /// Contradictions that the option table cannot express; NULL if there are none.
 static const char *find_contradiction(struct reconstruct_request *request) {
     const char *wrong = check_images(request);
+    wrong = wrong != NULL ? wrong : check_all(request);
     wrong = wrong != NULL ? wrong : check_calibration(request);
     wrong = wrong != NULL ? wrong : reconstruct_request_check_search(request);
     return wrong != NULL ? wrong : check_outputs(request);
@@ -339,7 +361,10 @@ int reconstruct_request_read(int argc, char **argv, struct reconstruct_request *
     *request = reconstruct_request_defaults();
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
-    const int error = options_read(&page, argc, argv, request, operands, &operand_count, message);
+    int error = options_read(&page, argc, argv, request, operands, &operand_count, message);
+    if (error == ERROR_OK && request->all) {
+        error = message_set(message, ERROR_ARGUMENT, "--all is an option of the program only");
+    }
     return error != ERROR_OK ? error : complete(request, operands, operand_count, message);
 }
 

@@ -12,7 +12,7 @@ import numpy
 import boards
 from calibrate_fixture import Fixture as Calibrating
 from pairs import Fixture as Reconstructing
-from pairs import run
+from pairs import VERGENCE, run
 from recorded import Session, add_notes
 
 RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
@@ -260,6 +260,131 @@ class Reconstruct(Reconstructing):
         self.refused(f"{claimed.path}/frame-", claimed.path, "--rectified", "--pair", 1)
         next(session.path.glob("frame-*")).write_bytes(b"P5\n1 1\n255\n0")
         self.refused(str(session.path) + "/frame-", session.path, "--rectified")
+
+
+class All(Reconstructing):
+    """`--all`: a session of three pairs, and a directory of sessions."""
+
+    SEARCH = ("--rectified", "--disparity", "0:48", "--files", "disparity.pfm,result.json")
+
+    def setUp(self):
+        super().setUp()
+        self.rgb = [cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB)
+                    for path in (self.left_path, self.right_path)]
+        self.sessions = self.directory / "sessions"
+        self.sessions.mkdir()
+        self.session = self.recorded("first", 3)
+        self.results = self.directory / "results"
+
+    def recorded(self, name, pairs):
+        session = Session(self.sessions / name)
+        for number in range(pairs):
+            session.pair(*[numpy.roll(image, number, axis=0) for image in self.rgb])
+        session.end()
+        return session.path
+
+    def all(self, *operands, code=0):
+        done = run("reconstruct", *operands, "--all", *self.SEARCH, "--out", self.results)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done
+
+    def rows(self):
+        return json.loads((self.results / "pairs.json").read_text())["pairs"]
+
+    def stamps(self):
+        return {path: path.stat().st_mtime_ns for path in sorted(self.results.rglob("disparity.pfm"))}
+
+    def test_each_pair_is_measured_as_alone_and_once(self):
+        lines = self.all(self.session).stdout.splitlines()
+        self.assertEqual([line.split()[0] for line in lines], ["pair", "0001", "0002", "0003", "3"])
+        self.assertIn("3 measured", lines[-1])
+        for number in (1, 2, 3):
+            run("reconstruct", self.session, "--pair", number, *self.SEARCH, "--out", self.out)
+            self.assertEqual((self.out / "disparity.pfm").read_bytes(),
+                             (self.results / f"000{number}/disparity.pfm").read_bytes())
+            points = json.loads((self.out / "result.json").read_text())["counts"]["vertices"]
+            self.assertEqual(self.rows()[number - 1]["points"], points)
+        before = self.stamps()
+        self.assertIn("0 measured", self.all(self.session).stdout)
+        self.assertEqual(self.stamps(), before)
+        printed = run("reconstruct", self.session, "--all", *self.SEARCH, "--out", self.results, "--json").stdout
+        self.assertEqual(json.loads(printed)["pairs"], self.rows())
+
+    def test_only_what_would_differ_is_made_again(self):
+        self.all(self.session)
+        before = self.stamps()
+        for path in (self.results / "0002").iterdir():
+            path.unlink()
+        self.assertIn("1 measured", self.all(self.session).stdout)
+        after = self.stamps()
+        self.assertEqual([path.parent.name for path in after if after[path] != before[path]], ["0002"])
+        done = run("reconstruct", self.session, "--all", *self.SEARCH, "--speckle", 20, "--out", self.results)
+        self.assertIn("3 measured", done.stdout)
+        (self.results / "pairs.json").write_text("[")
+        self.assertIn("3 measured", self.all(self.session).stdout)
+
+    def test_a_bad_pair_and_a_bad_session_stop_nothing(self):
+        second = self.recorded("second", 1)
+        self.recorded("third", 1)
+        frames = [word[-8:] for word in (self.session / "session.index").read_text().split()
+                  if word.startswith("left_frame=")]
+        frame = self.session / f"frame-{frames[1]}.pnm"
+        content = frame.read_bytes()
+        frame.write_bytes(content[:-1])
+        index = (second / "session.index").read_bytes()
+        (second / "session.index").write_bytes(b"nonsense")
+        done = self.all(self.sessions, code=3)
+        self.assertEqual(done.stderr.count("\n"), 2, done.stderr)
+        self.assertIn("vergence reconstruct: first/0002: ", done.stderr)
+        self.assertIn("vergence reconstruct: second: ", done.stderr)
+        self.assertIn("3 measured", done.stdout)
+        self.assertIn("2 failed", done.stdout)
+        self.assertEqual([row["result"] for row in self.rows()],
+                         ["first/0001", None, "first/0003", None, "third/0001"])
+        frame.write_bytes(content)
+        (second / "session.index").write_bytes(index)
+        self.assertIn("2 measured", self.all(self.sessions).stdout)
+
+    def test_a_kill_keeps_what_is_finished(self):
+        """Killed where the second pair's results would appear."""
+        trace = ["strace", "-f", "-o", "/dev/null", "-e", "trace=rename",
+                 "-e", "inject=rename:signal=KILL:when=2"]
+        done = run(*trace[1:], VERGENCE, "reconstruct", self.session, "--all", *self.SEARCH, "--out",
+                   self.results, program=trace[0])
+        self.assertNotEqual(done.returncode, 0)
+        kept = len(self.stamps())
+        self.assertLess(kept, 3)
+        self.all(self.session)
+        self.assertEqual([row["result"] for row in self.rows()], ["0001", "0002", "0003"])
+
+    def test_a_full_disk_and_a_key_end_it_in_one_line(self):
+        for inject, code, words in (("rename:error=ENOSPC:when=2+", 1, "no space; the same command continues"),
+                                    ("rename:signal=INT:when=1", 130, "interrupted; the same command continues")):
+            done = run("-f", "-o", "/dev/null", "-e", "trace=rename,renameat", "-e", f"inject={inject}", VERGENCE,
+                       "reconstruct", self.session, "--all", *self.SEARCH, "--out", self.results,
+                       program="strace")
+            with self.subTest(inject):
+                self.assertEqual(done.returncode, code, done.stderr)
+                self.assertIn(words, done.stderr)
+                shutil.rmtree(self.results)
+
+    def test_what_cannot_be_combined(self):
+        for operands, words, code in (
+                ((self.left_path, self.right_path), "requires a recorded session", 2),
+                ((self.session, "--pair", 2), "cannot be combined", 2),
+                ((self.directory,), "neither a session nor a directory of sessions", 3)):
+            done = run("reconstruct", *operands, "--all", *self.SEARCH, "--out", self.results)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (code, 1), done.stderr)
+            self.assertIn(words, done.stderr)
+            self.assertFalse(self.results.exists())
+        done = run("reconstruct", self.session, "--all", *self.SEARCH, "--out", self.session)
+        self.assertEqual(done.returncode, 1)
+        self.results.mkdir()
+        (self.results / "pairs.json").write_text("mine")
+        done = run("reconstruct", self.session, "--all", *self.SEARCH, "--out", self.results)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("was not written by vergence", done.stderr)
+        self.assertEqual((self.results / "pairs.json").read_text(), "mine")
 
 
 if __name__ == "__main__":
