@@ -12,6 +12,7 @@ y down, z forward; pixel (0, 0) is the centre of the top-left pixel. Maps have t
 of the rectified left image, and are NaN where nothing was measured. Deviations (`sigma`) are one
 standard deviation. What fails raises `Error` in the words of the program `vergence`.
 """
+from ._batch import Row, batch
 from ._calibration import Calibration, calibrate, from_opencv, load_calibration
 from ._errors import ArgumentError, Error, NoSurfaceError
 from ._instrument import Instrument, Pictures, connect
@@ -22,6 +23,6 @@ from ._vergence import version as __version__
 
 __all__ = [
     "ArgumentError", "Calibration", "Cylinder", "Error", "Instrument", "Measured", "Mesh", "NoSurfaceError",
-    "Pictures", "Plane", "REASONS", "StereoMatcher", "Surface", "__build__", "__version__", "calibrate",
+    "Pictures", "Plane", "REASONS", "Row", "StereoMatcher", "Surface", "__build__", "__version__", "batch", "calibrate",
     "connect", "evaluate", "from_opencv", "load_calibration", "reconstruct",
 ]
