@@ -25,6 +25,8 @@ GUARDS = {
     "command/demo_test": ("tools/demo", "tools/demo.d", "tools/simrig", "tests/command/repository/demo_test.py"),
     "command/install_test": ("daemon/install", "tools/install", "CMakeLists.txt",
                              "daemon/CMakeLists.txt", "tools/CMakeLists.txt"),
+    "command/package_test": ("tools/package", "tools/package.d", "daemon/install", "library/CMakeLists.txt",
+                             "CMakeLists.txt", "daemon/CMakeLists.txt", "tools/CMakeLists.txt"),
     "command/portable_test": ("firmware", "tests/portable"),
     "command/signals_test": ("tools/host", "tools/main_vergence.cpp"),
     "command/wheel_test": ("library", "pyproject.toml", "CMakeLists.txt", "tools/CMakeLists.txt"),

@@ -57,8 +57,8 @@ class Library(Fixture):
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.prefix = cls.folder / "moved"
         # The tree works where it is moved to.
-        for command in (["cmake", "--install", BUILD, "--prefix", cls.folder / "prefix", "--component",
-                         "library"], ["mv", cls.folder / "prefix", cls.prefix]):
+        install = ["cmake", "--install", BUILD, "--prefix", cls.folder / "prefix", "--component"]
+        for command in ([*install, "library"], [*install, "development"], ["mv", cls.folder / "prefix", cls.prefix]):
             subprocess.run(command, check=True, capture_output=True)
         cls.libraries = next(cls.prefix.glob("lib*/**/libvergence.so")).parent
         cls.environment = {**os.environ, "PKG_CONFIG_PATH": str(cls.libraries / "pkgconfig")}
