@@ -31,11 +31,11 @@ NUMBER = "Number(document.getElementById('stage')?.dataset.number || 0)"
 class View:
     """The program that serves the page; `url` is its address."""
 
-    def __init__(self, folder, *words, environment=None):
+    def __init__(self, folder, *words, environment=None, browser=("--no-browser",)):
         self.folder, self.out = folder, os.path.join(folder, "out")
         self.errors = open(os.path.join(folder, "view.err"), "w+", encoding="utf-8")
         self.process = subprocess.Popen(
-            [VERGENCE, "view", *words, "--no-browser", "--out", self.out], stdout=subprocess.PIPE,
+            [VERGENCE, "view", *words, *browser, "--out", self.out], stdout=subprocess.PIPE,
             stderr=self.errors, text=True, env=environment, cwd=folder)
         self.url = self.process.stdout.readline().strip()
         self.errors.seek(0)
@@ -231,8 +231,12 @@ class OnWebcams(Page, DeviceTest):
         daemons = subprocess.run(["pgrep", "-f", f"files={view.out}/files"], text=True,
                                  capture_output=True, check=True).stdout.split()
         self.assertEqual(len(daemons), 1)
-        recorded = View(tempfile.mkdtemp(dir=self.folder), os.path.join(view.out, "files", session))
+        recorded = View(tempfile.mkdtemp(dir=self.folder), os.path.join(view.out, "files", session),
+                        environment={**os.environ, "PATH": self.folder}, browser=())
         self.addCleanup(recorded.end)
+        said = pathlib.Path(recorded.errors.name).read_text
+        wait_until(lambda: said() == "vergence view: there is no xdg-open: open the address in a "
+                                     "browser\n", said)
         self.browser.open(recorded.url, f"{NUMBER} > 0")
         self.until("/pair 1 of 1/.test(document.getElementById('pace').textContent)")
         self.assertTrue(self.browser.evaluate("document.getElementById('controls').closest('section').hidden"))

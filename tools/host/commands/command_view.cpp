@@ -7,7 +7,7 @@
 
 #ifdef VERGENCE_HAS_VIEW
 #include <fcntl.h>
-#include <sys/wait.h>
+#include <spawn.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -147,23 +147,27 @@ std::unique_ptr<view_source> open_source(const request &asked, const char *where
     return source != nullptr ? std::move(source) : open_webcams(asked, webcams, error);
 }
 
+/// Opens the page; the browser keeps neither our signals nor our terminal.
 void open_browser(const std::string &address) {
-    const pid_t child = fork();
-    if (child == 0) {
-        sigset_t none;
-        sigemptyset(&none);
-        sigprocmask(SIG_SETMASK, &none, nullptr);
-        const int null_fd = open("/dev/null", O_RDWR);
-        for (int fd = 0; fd <= 2; fd++) {
-            dup2(null_fd, fd);
-        }
-        if (fork() == 0) {
-            setsid();
-            execlp("xdg-open", "xdg-open", address.c_str(), static_cast<char *>(nullptr));
-        }
-        _exit(0);
+    posix_spawn_file_actions_t files;
+    posix_spawnattr_t attributes;
+    sigset_t none;
+    sigemptyset(&none);
+    posix_spawn_file_actions_init(&files);
+    posix_spawnattr_init(&attributes);
+    for (int fd = 0; fd <= 2; fd++) {
+        posix_spawn_file_actions_addopen(&files, fd, "/dev/null", O_RDWR, 0);
     }
-    waitpid(child, nullptr, 0);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSID);
+    std::string program = "xdg-open";
+    std::string argument = address;
+    char *words[] = {&program[0], &argument[0], nullptr};
+    if (posix_spawnp(nullptr, words[0], &files, &attributes, words, environ) != 0) {
+        std::fputs("vergence view: there is no xdg-open: open the address in a browser\n", stderr);
+    }
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
 }
 
 int show(const request &asked, const char *where) {

@@ -36,6 +36,12 @@ class view_feed {
         return newest_ && newest_->number > after && !stopping_ ? newest_ : nullptr;
     }
 
+    /// Number of the newest item; 0: none.
+    std::uint64_t count() {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        return count_;
+    }
+
     void stop() {
         const std::lock_guard<std::mutex> lock(mutex_);
         stopping_ = true;

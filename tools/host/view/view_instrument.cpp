@@ -6,13 +6,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <chrono>
-#include <condition_variable>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <thread>
 
 #include "core/error.h"
 #include "daemon/base/base64.h"
@@ -82,7 +78,7 @@ class instrument : public view_source {
         return true;
     }
 
-    bool next(view_picture *picture) override;
+    bool next(view_picture *picture, bool calibrated) override;
     void run(const std::string &command,
              const std::function<bool(const std::string &)> &show) override;
     void cancel() override;
@@ -142,8 +138,6 @@ class instrument : public view_source {
     std::mutex mutex_;
     std::set<int> in_use_, commands_;
     bool stopping_ = false;
-    std::chrono::steady_clock::time_point calibrated_{};
-    std::string calibration_, without_ = "no calibration was asked for";
 };
 
 /// The answer to a request for a picture; null with an error if there is none.
@@ -196,7 +190,7 @@ bool instrument::take_bytes(const json &result, view_picture *picture) const {
     return remote_receive_bytes(pictures_->get(), picture->pixels.data(), bytes);
 }
 
-bool instrument::next(view_picture *picture) {
+bool instrument::next(view_picture *picture, bool calibrated) {
     const std::unique_lock<std::mutex> alone =
         serial_ ? std::unique_lock<std::mutex>(line_) : std::unique_lock<std::mutex>();
     if (pictures_ == nullptr) {
@@ -205,14 +199,11 @@ bool instrument::next(view_picture *picture) {
             return false;
         }
     }
-    // The axes may have moved: the calibration is asked for once a second.
-    const auto now = std::chrono::steady_clock::now();
-    const bool calibrate = now - calibrated_ >= std::chrono::seconds(1);
     bool lost = false;
     {
         const use used(this, pictures_->fd(), false);
         const json result = ask(std::string("stream") + (serial_ ? " side=160 colour=no" : "") +
-                                    (calibrate ? " calibration=yes" : ""),
+                                    (calibrated ? " calibration=yes" : ""),
                                 &picture->error);
         if (result.is_object()) {
             picture->width_px = result.value("width", 0);
@@ -222,13 +213,12 @@ bool instrument::next(view_picture *picture) {
             json facts = result;
             facts.erase("data");
             picture->facts = facts.dump();
-            if (!lost && calibrate) {
-                const std::size_t text = result.value("calibration_bytes", std::size_t{0});
-                calibration_.assign(picture->pixels.end() - static_cast<std::ptrdiff_t>(text),
-                                    picture->pixels.end());
-                without_ = result.value("calibration_missing", "");
+            const std::size_t text = result.value("calibration_bytes", std::size_t{0});
+            if (!lost) {
+                const auto begin = picture->pixels.end() - static_cast<std::ptrdiff_t>(text);
+                picture->calibration.assign(begin, picture->pixels.end());
+                picture->without = result.value("calibration_missing", "");
                 picture->pixels.resize(picture->pixels.size() - text);
-                calibrated_ = now;
             }
         }
         lost = lost || picture->error.compare(0, 10, "connection") == 0;
@@ -237,8 +227,6 @@ bool instrument::next(view_picture *picture) {
         pictures_.reset();
         picture->error = "connection lost (is vergenced running?)";
     }
-    picture->calibration = calibration_;
-    picture->without = without_;
     return picture->error.empty();
 }
 

@@ -4,6 +4,7 @@
 #include <civetweb.h>
 #include <sys/random.h>
 
+#include <atomic>
 #include <cstring>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -92,12 +93,13 @@ struct view_server::state {
     view_depth_maker maker;  ///< of the thread of `depths`, as the next two
     view_depth_request measured;
     std::uint64_t measured_picture = 0;
+    std::atomic<std::uint64_t> depth_asked_us{0};  ///< pictures need a calibration for a while
     std::mutex mutex;
     view_depth_request asked;  ///< for the depths to come
     std::mutex one_surface;    ///< one at a time
     mg_context *server = nullptr;
 
-    std::shared_ptr<view_picture> take() const;
+    std::shared_ptr<view_picture> take();
     std::shared_ptr<view_depth> measure();
     bool admits(mg_connection *client, const mg_request_info *request, std::string *path) const;
     void serve(mg_connection *client, const mg_request_info *request, const std::string &path);
@@ -110,9 +112,10 @@ struct view_server::state {
     std::string facts() const;
 };
 
-std::shared_ptr<view_picture> view_server::state::take() const {
+std::shared_ptr<view_picture> view_server::state::take() {
     auto picture = std::make_shared<view_picture>();
-    if (source->next(picture.get())) {
+    constexpr std::uint64_t recent_us = 10000000;  // a page asks again within `patience`
+    if (source->next(picture.get(), monotonic_now_us() - depth_asked_us < recent_us)) {
         picture->taken_us = monotonic_now_us();
         if (!view_jpeg_make(picture.get())) {
             picture->error = "out of memory for a picture";
@@ -133,7 +136,10 @@ std::shared_ptr<view_depth> view_server::state::measure() {
                          now.refined != measured.refined;
     const auto picture = pictures->newer(changed && !source->is_live() ? 0 : measured_picture,
                                          std::chrono::milliseconds(1000));
-    if (picture == nullptr) {
+    const bool asked_for =
+        picture != nullptr &&
+        (!picture->error.empty() || !picture->without.empty() || !picture->calibration.empty());
+    if (!asked_for) {
         return nullptr;
     }
     measured_picture = picture->number;
@@ -186,6 +192,7 @@ void view_server::state::send_picture(mg_connection *client, std::uint64_t after
 }
 
 void view_server::state::send_depth(mg_connection *client, const char *query, std::uint64_t after) {
+    depth_asked_us = monotonic_now_us();
     {
         const std::lock_guard<std::mutex> lock(mutex);
         const double near_mm = number_of(query, "near");
@@ -271,7 +278,11 @@ void view_server::state::post(mg_connection *client, const std::string &path) {
 void view_server::state::serve(mg_connection *client, const mg_request_info *request,
                                const std::string &path) {
     const bool posted = std::strcmp(request->request_method, "POST") == 0;
-    const auto after = static_cast<std::uint64_t>(number_of(request->query_string, "after"));
+    auto after = static_cast<std::uint64_t>(number_of(request->query_string, "after"));
+    if (after == 0 && source->is_live()) {
+        // The newest one may be old: none is made while no page asks.
+        after = path == "depth" ? depths->count() : pictures->count();
+    }
     if (posted) {
         post(client, path);
     } else if (std::strcmp(request->request_method, "GET") != 0) {

@@ -32,7 +32,7 @@ class session : public view_source {
     ~session() override { release(); }
 
     bool open(std::string *error);
-    bool next(view_picture *picture) override;
+    bool next(view_picture *picture, bool calibrated) override;
     void run(const std::string &command,
              const std::function<bool(const std::string &)> &show) override;
     void cancel() override {}
@@ -131,7 +131,7 @@ int session::load(unsigned number, view_picture *picture, message *last_error) {
     return ERROR_OK;
 }
 
-bool session::next(view_picture *picture) {
+bool session::next(view_picture *picture, bool) {
     unsigned number = 0;
     {
         constexpr std::chrono::milliseconds patience(200);

@@ -45,9 +45,10 @@ class view_source {
   public:
     virtual ~view_source() = default;
 
-    /// Fills the next picture, all but its number, time and JPEG. False: there is no other one for
+    /// Fills the next picture, all but its number, time and JPEG; the calibration if it is cheap or
+    /// `calibrated`, else neither that nor why there is none. False: there is no other one for
     /// now, or with an error in the picture. One thread.
-    virtual bool next(view_picture *picture) = 0;
+    virtual bool next(view_picture *picture, bool calibrated) = 0;
 
     /// Runs a command; each line of its answer, JSON, goes to `show`, which returns false to cancel
     /// it. Any thread.
