@@ -208,6 +208,21 @@ class Recordings(Fixture):
             shutil.rmtree(again)
             shutil.rmtree(self.out)
 
+    def test_sensors_of_ten_bits(self):
+        session = Session(self.directory / "raw")
+        session.calibration(self.calibration_text().read_bytes())
+        random = numpy.random.default_rng(1)
+        images = [random.integers(0, 1024, (HEIGHT, WIDTH), numpy.uint16) for _ in range(2)]
+        session.pair(*images, layout="grbg")
+        session.end()
+        self.export(session.path)
+        (_, _, image), = self.messages()["/left/image_raw"]
+        self.assertEqual(image.encoding, "bayer_grbg16")
+        self.assertTrue(numpy.array_equal(image.data.view(numpy.uint16), images[0].ravel() << 6))
+        taken, = self.take(self.file)
+        self.assertTrue(numpy.array_equal(taken[1], images[1]))
+        self.assertIn("left_bits=10 left_layout=grbg", (self.out / "session.index").read_text())
+
     def test_recordings_of_another_writer(self):
         colour = [make_pair(seed=number)[:2] for number in range(4)]
         wide = [[grey(image).astype(numpy.uint16) * 257 for image in pair] for pair in colour]

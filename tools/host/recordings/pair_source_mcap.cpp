@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 #include <deque>
+#include <functional>
+#include <numeric>
 
 #include "core/error.h"
 #include "daemon/base/raw_memory.h"
@@ -129,6 +131,37 @@ owned_image image_of(const ros_image &from, const std::string &name) {
         }
     }
     return made;
+}
+
+/// Sensors of 10 or 12 bits fill words of 16 from the top: the bits that are 0 in all values of a
+/// pair are not the sensors'. With them, interpolated colours would be rounded otherwise than those
+/// of the sensors' own values.
+void drop_empty_bits(recorded_pair *pair) {
+    constexpr int wide_bits = 16, narrow_bits = 8;
+    unsigned used = 0;
+    for (const owned_image &side : pair->side) {
+        const size_t values = raw_image_row_values(&side.image);
+        for (int y = 0; side.image.bits == wide_bits && y < side.image.height_px; y++) {
+            const uint16_t *const row = raw_image_row(&side.image, y);
+            used = std::accumulate(row, row + values, used, std::bit_or<>());
+        }
+    }
+    int empty = 0;
+    while (used != 0 && empty < narrow_bits && (used >> empty & 1) == 0) {
+        empty++;
+    }
+    for (owned_image &side : pair->side) {
+        raw_image &image = side.image;
+        if (image.bits == wide_bits && empty > 0) {
+            auto *const pixels = static_cast<uint16_t *>(image.owner);
+            const size_t values =
+                raw_image_row_values(&image) * static_cast<size_t>(image.height_px);
+            std::for_each(pixels, pixels + values, [empty](uint16_t &value) {
+                value = static_cast<uint16_t>(value >> empty);
+            });
+            image.bits -= empty;
+        }
+    }
 }
 
 std::string list_text(const double *values, size_t count) {
@@ -321,6 +354,7 @@ bool mcap_source::match(recorded_pair *pair) {
             pair->time_ns[side] = time_ns[side];
             waiting_[side].pop_front();
         }
+        drop_empty_bits(pair);
         return true;
     }
     return false;
