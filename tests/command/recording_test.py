@@ -2,8 +2,8 @@
 """Recordings of other programs: sessions as MCAP files that independent readers take, and MCAP files
 of independent writers, data sets and side-by-side images and videos as sessions."""
 import json
+import os
 import shutil
-import subprocess
 import unittest
 
 import cv2
@@ -84,8 +84,8 @@ class Recordings(Fixture):
     def refused(self, words, *arguments, code=3):
         self.assert_refused(run("import", *arguments, "--out", self.out), code, *words)
 
-    def write_mcap(self, images, info=True, compressed=False, right_shift_ns=0, sizes=None,
-                   topics=("/left/image_raw", "/right/image_raw"), compression=None):
+    def write_mcap(self, images, info=True, compressed=False, right_shift_ns=0,
+                   topics=("/left/image_raw", "/right/image_raw"), compression=None, crcs=True):
         """An MCAP file by the writer of the package mcap, with messages by rosbags."""
         types = self.types.types
         header, time = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
@@ -93,7 +93,7 @@ class Recordings(Fixture):
         Compression = self.mcap.writer.CompressionType
         with open(self.file, "wb") as stream:
             writer = self.mcap.writer.Writer(
-                stream, compression=compression or Compression.NONE)
+                stream, compression=compression or Compression.NONE, enable_crcs=crcs)
             writer.start(profile="ros2", library="test")
             channels = {}
 
@@ -167,14 +167,6 @@ class Recordings(Fixture):
             self.assertEqual(reader.get_summary().statistics.chunk_count, 3)
             self.assertEqual(sum(1 for _ in reader.iter_messages(topics=["/tf"])), 6)
 
-    def test_colour_compressed_and_one_pair(self):
-        session, made = self.make_session(colour=True)
-        self.export(session, "--compressed", "--pair", 2)
-        found = self.messages()["/left/image_raw/compressed"]
-        self.assertEqual([kind for _, kind, _ in found], ["sensor_msgs/msg/CompressedImage"])
-        image = cv2.imdecode(found[0][2].data, cv2.IMREAD_UNCHANGED)
-        self.assertTrue(numpy.array_equal(image, made[1][0]))
-
     def test_a_result(self):
         session, _ = self.make_session(pairs=2)
         done = run("reconstruct", session, "--pair", 2, "--near", 1000, "--far", 6000, "--out", self.out)
@@ -196,12 +188,10 @@ class Recordings(Fixture):
 
     def test_a_round_trip(self):
         session, made = self.make_session(colour=True)
-        for options in ([], ["--compressed"]):
+        for options, wanted in (([], made), (["--compressed", "--pair", 2], made[1:2])):
             self.export(session, *options)
-            taken = self.take(self.file)
-            for images, before in zip(taken, made):
-                for image, wanted in zip(images, before):
-                    self.assertTrue(numpy.array_equal(image, wanted))
+            for images, before in zip(self.take(self.file), wanted, strict=True):
+                self.assertTrue(numpy.array_equal(images, before))
             again = self.directory / "again"
             self.assertEqual(run("reconstruct", self.out, "--near", 1000, "--far", 6000,
                                  "--out", again).returncode, 0)
@@ -274,10 +264,12 @@ class Recordings(Fixture):
         self.refused(["lz4"], self.file)
 
     def test_random_damage_ends_in_one_line(self):
-        seed = 20261129
+        seed = int(os.environ.get("VERGENCE_SEED", "20261129"))
         print("seed", seed)
         random = numpy.random.default_rng(seed)
-        self.write_mcap([[grey(image)[:40, :60] for image in make_pair()[:2]]])
+        # Without checksums, so that damaged messages are parsed, too.
+        self.write_mcap([[grey(image)[:8, :12] for image in make_pair()[:2]]], crcs=False,
+                        compressed=bool(seed % 2))
         whole = self.file.read_bytes()
         for _ in range(60):
             data = bytearray(whole)
@@ -285,11 +277,11 @@ class Recordings(Fixture):
                 data[at] = random.integers(0, 256)
             self.file.write_bytes(data)
             done = run("import", self.file, "--out", self.out)
-            self.assertIn(done.returncode, (0, 3), done.stderr)
+            self.assertIn(done.returncode, (0, 1, 3), done.stderr)
             if done.returncode == 0:
                 shutil.rmtree(self.out)
             else:
-                self.assert_refused(done, 3)
+                self.assert_refused(done, done.returncode)
 
 
 class Folders(Fixture):
@@ -391,10 +383,16 @@ class Folders(Fixture):
 
     def test_a_full_disk_leaves_nothing(self):
         path = self.save("both.png", numpy.hstack([self.left, self.right]))
-        for command in (["import", path, "--side-by-side", "--calibration", "none", "--out", self.out],):
-            done = subprocess.run(["bash", "-c", 'ulimit -f 50; exec "$@"', "bash", VERGENCE, *map(str, command)],
-                                  capture_output=True, text=True, timeout=60, check=False)
+        session = Session(self.directory / "views")
+        session.pair(self.left, self.right)
+        session.end()
+        file = self.directory / "out.mcap"
+        rig = ["--calibration", self.calibration_text()]
+        for words in (["import", path, "--side-by-side", *rig, "--out", self.out],
+                      ["export", session.path, *rig, "--mcap", file]):
+            done = run("-c", 'ulimit -f 50; exec "$@"', "bash", VERGENCE, *words, program="bash")
             self.assert_refused(done, 1)
+            self.assertFalse(file.exists())
 
 
 if __name__ == "__main__":

@@ -215,7 +215,7 @@ bool video_halves::next(recorded_pair *pair) {
     }
     for (size_t i = 0; i < values; i++) {
         const auto *const at = reinterpret_cast<const unsigned char *>(&raw[i * value_bytes]);
-        pixels[i] = value_bytes == 1 ? at[0] : static_cast<uint16_t>(at[0] << 8 | at[1]);
+        pixels[i] = static_cast<uint16_t>(value_bytes == 1 ? at[0] : at[0] << 8 | at[1]);
     }
     split(both, path_, pair);
     pair->time_ns[0] = pair->time_ns[1] = at_++ * step_ns_;

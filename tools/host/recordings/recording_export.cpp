@@ -315,8 +315,11 @@ void check_target(const char *path) {
 }
 
 [[noreturn]] void fail_write(const char *path) {
-    throw failure{errno == EINTR ? interrupt_exit_code() : CLIENT_FAILED,
-                  std::string(path) + ": cannot write: " + std::strerror(errno)};
+    const std::string name = path;
+    if (errno == EINTR) {
+        throw failure{interrupt_exit_code(), name + ": interrupted"};
+    }
+    throw failure{CLIENT_FAILED, name + ": cannot write: " + std::strerror(errno)};
 }
 
 void write_recording(const export_recording &request) {
