@@ -11,8 +11,9 @@ import tempfile
 import time
 import unittest
 
-from pairs import RECTIFIED, VERGENCE, make_pair
 import cv2
+
+from pairs import RECTIFIED, VERGENCE, make_pair
 
 SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 BUILD = pathlib.Path(VERGENCE).parents[1]
@@ -90,6 +91,15 @@ class Packages(unittest.TestCase):
              "-Wl,--allow-shlib-undefined", "-o", self.home / "user")
         self.assertIn(version, self.use("./user"))
 
+    def test_a_tag_of_another_version_is_refused(self):
+        clone = self.folder / "clone"
+        call("git", "-c", "safe.directory=*", "clone", "--quiet", "--shared", SOURCE, clone)
+        call("git", "-C", clone, "tag", "v9.9.9")
+        done = subprocess.run([clone / "tools/package", "--build", BUILD, "--out", self.folder / "none", "deb"],
+                              capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (1, "", 1), done.stderr)
+        self.assertIn("the tag is v9.9.9", done.stderr)
+
     def test_the_service_has_its_user_and_settings(self):
         self.assertRegex((self.root / "etc/passwd").read_text(), r"(?m)^vergence:")
         self.assertIn("--config /etc/vergence/vergenced.conf",
@@ -117,7 +127,8 @@ class Packages(unittest.TestCase):
                         self.fail(started[-1].stderr.read())
                     time.sleep(0.05)
             client = ("vergence", "--connect", f"unix:{HOME}/v.sock")
-            self.use(*client, "capture", "scene")
+            for words in (("bringup",), ("autoexpose",), ("capture", "scene")):
+                self.use(*client, *words)
         finally:
             for process in reversed(started):
                 process.terminate()
