@@ -68,6 +68,7 @@ WORDS = {
     "firmware/stereo": "surface|reconstruct",
     "firmware/stereo/zoom": "all zooms",
     "fpga": "process|simulated rig",
+    "library": "library_test|python_|wheel",
     "tests/fake_kernel": "fake kernel",
     "tools/host/calibrate": "calibrate",
     "tools/host/calibration_report": "calibration.html",
@@ -76,18 +77,21 @@ WORDS = {
     "tools/host/convert": "export|import|conversion|intact",
     "tools/host/debug": "--debug",
     "tools/host/evaluate": "evaluate",
+    "tools/host/fit": "info|python_test",
     "tools/host/formats": "format|input|result",
     "tools/host/info": "info",
     "tools/host/mesh": "mesh",
     "tools/host/page": "report.html|calibration.html|--debug",
+    "tools/host/recordings": "export|import|recording",
     "tools/host/report": "report.html",
+    "tools/host/view": "live_view",
     "tools/simrig": "simrig",
 }
 SOURCE = (".c", ".h", ".cpp", ".hpp")
 # Parts of programs besides sources: pages, and the Verilog of the simulated bridge.
 EMBEDDED = (".html", ".css", ".js", ".v", ".yaml")
 # Folders of what is shipped, and of what tests share.
-SCANNED = ("calib", "daemon", "firmware", "fpga", "tools", "tests")
+SCANNED = ("calib", "daemon", "firmware", "fpga", "library", "tools", "tests")
 INCLUDED_FROM = ("", "firmware/", "daemon/", "tools/", "tools/host/", "tests/", "tests/study/", "fpga/")
 # Tests of the tree itself look at every file.
 OF_THE_TREE = r"command/(repo_lint|arrows|removal)_test"
