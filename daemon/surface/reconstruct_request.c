@@ -178,7 +178,7 @@ static const struct option_page page = {
         "vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --near 400 --far 900 "
         "--out result\n"
         "vergence reconstruct files/scene --calibration calibrated/rig.calibration --out result\n"
-        "vergence reconstruct files/scene --all --near 500 --far 4000 --out results\n"
+        "vergence reconstruct files --all --calibration calibrated/rig.calibration --out results\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:64 --out result "
         "--debug why",
