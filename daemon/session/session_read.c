@@ -116,9 +116,10 @@ int session_reader_next(struct session_reader *self, struct session_event *event
     self->line++;
     const int code = session_event_parse(line, length - (1 + SESSION_CRC_DIGITS), event);
     if (code != 0 || self->ended || (event->kind == SESSION_BEGIN) != (self->line == 1)) {
-        return message_set(message, ERROR_SYNTAX,
-                           "%s/%s: line %d is not a valid event (possibly of a newer version)",
-                           self->path, SESSION_INDEX_NAME, self->line);
+        return message_set(
+            message, ERROR_SYNTAX,
+            "%s/%s: line %d is not a valid event (if a newer version wrote it, use that one)",
+            self->path, SESSION_INDEX_NAME, self->line);
     }
     self->crc = crc_update(self->crc, line, length + 1);
     self->at += length + 1;

@@ -297,7 +297,8 @@ static void print_end(const struct all *self, uint64_t begin_us) {
     if (self->request->json) {
         pairs_table_print(&self->table, stdout);
     } else if (!self->request->quiet) {
-        printf("%d pairs: %d measured in %.1f s, %d kept, %d failed\n", self->table.count, done,
+        printf("%d pair%s: %d measured in %.1f s, %d kept, %d failed\n", self->table.count,
+               self->table.count == 1 ? "" : "s", done,
                (double)(monotonic_now_us() - begin_us) / 1e6, kept, failed);
     }
 }

@@ -49,6 +49,16 @@ class Batch(Fixture):
         with self.assertRaises(self.vergence.ArgumentError):
             self.vergence.batch(self.directory, self.out)
 
+    def test_a_scheduler_that_is_not_there_is_reported_at_once(self):
+        try:
+            import distributed  # noqa: F401
+        except ImportError:
+            self.skipTest("requires python3-distributed (tools/install_packages test)")
+        for address in ("tcp://127.0.0.1:1", "nowhere"):
+            with self.assertRaisesRegex(self.vergence.Error, f"{address}: no scheduler answers"):
+                self.vergence.batch(self.sessions, self.out, scheduler=address, **OPTIONS)
+        self.assertFalse(self.out.exists())
+
     def test_a_lost_worker_s_tasks_are_done_again(self):
         try:
             from distributed import Client, LocalCluster

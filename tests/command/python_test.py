@@ -124,9 +124,15 @@ class Arrays(Fixture):
         self.assertEqual(known["plane"]["points"], plane.points)
         for words, text in ((("--depth", "0,0"), "not measured here"), (("--depth", "900,0"), "outside"),
                             (("--plane", "0,0,2,2"), "too few measured points"),
+                            (("--plane", "200,100,100,50"), "not within the maps"),
+                            (("--plane", "9,9,0,0"), "empty"),
                             (("--depth", "3,3", "--at", "3,3"), "no --at")):
             done = run_vergence("info", self.out, *words)
             self.assertEqual(done.returncode, 3)
+            self.assertIn(text, done.stderr)
+        for place, text in ((self.directory / "nowhere", "No such file"), (self.directory, "result.json")):
+            done = run_vergence("info", place, "--depth", "30,20")
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1))
             self.assertIn(text, done.stderr)
 
     def test_truth(self):
@@ -135,6 +141,11 @@ class Arrays(Fixture):
             found = v.evaluate(self.s, truth)
             self.assertLess(found["measured_all"]["bad_1_percent"], 2)
             self.assertEqual(found["filled_all"]["pixels"], self.truth.size)
+        self.assertEqual(v.evaluate(self.s, self.s)["measured_all"]["rms_px"], 0)
+        for options, text in (({"mask": numpy.ones(self.truth.shape, bool)}, "bool"), ({"scale": -1}, "scale"),
+                              ({"mask": numpy.full(self.truth.shape, numpy.nan)}, "float64")):
+            with self.assertRaisesRegex(v.ArgumentError, text):
+                v.evaluate(self.s, self.truth, **options)
 
     def test_in_place_of_a_matcher_of_opencv(self):
         found = v.StereoMatcher(0, 48).compute(self.left, self.right)
@@ -151,6 +162,20 @@ class Refused(Fixture):
         with self.assertRaises(kind) as caught:
             v.reconstruct(*words, **options)
         self.assertIn(text, str(caught.exception))
+
+    def test_numbers_of_numpy_are_numbers(self):
+        class Number(float):  # numpy 2 prints its own as np.float64(500.0)
+            def __repr__(self):
+                return f"np.float64({float(self)})"
+
+            def tolist(self):
+                return float(self)
+
+        options = {**ARRAYS, "keep_all": numpy.True_, "fill": numpy.False_, "baseline_mm": Number(BASELINE_MM),
+                   "disparity": numpy.array([0, 48])}
+        wanted = v.reconstruct(self.left, self.right, keep_all=True, **ARRAYS)
+        found = v.reconstruct(self.left, self.right, **options)
+        numpy.testing.assert_array_equal(found.disparity, wanted.disparity)
 
     def test_arrays_that_cannot_be_matched(self):
         left, right = self.left, self.right

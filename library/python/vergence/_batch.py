@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -84,9 +85,12 @@ def _measure(session: str, pair: int, out: str, path: Optional[str], text: Optio
 def _distribute(tasks: list[tuple[Any, ...]], scheduler: str) -> Iterator[Row]:
     try:
         from distributed import Client, as_completed
+        from distributed.comm import get_address_host_port
     except ImportError:
         raise Error("MISSING", "scheduler requires the package distributed: pip install distributed") from None
     try:
+        # A Client without a scheduler waits for 30 s, and 60 s more when it is removed.
+        socket.create_connection(get_address_host_port(scheduler), 10).close()
         client = Client(scheduler, set_as_default=False)
     except (OSError, ValueError) as error:
         raise Error("IO", f"{scheduler}: no scheduler answers: {error}") from None

@@ -13,12 +13,12 @@ import tempfile
 import weakref
 import zlib
 from collections.abc import Iterator
-from typing import Any, NamedTuple, Optional, Union
+from typing import Any, NamedTuple, NoReturn, Optional, Union
 
 import numpy as np
 
 from ._calibration import Calibration
-from ._errors import Error
+from ._errors import ArgumentError, Error
 from ._surface import Surface, reconstruct
 from ._words import PathLike, Progress
 
@@ -99,9 +99,9 @@ def _open(address: str, timeout_s: float) -> socket.socket:
             raise
         return opened
     host, _, port = rest.rpartition(":")
-    if kind == "tcp" and host and port.isdigit():
+    if kind == "tcp" and host and port.isdecimal() and 0 < int(port) < 65536:
         return socket.create_connection((host, int(port)), timeout_s)
-    raise Error("ARGUMENT", f"{address}: not an address (expected unix:PATH or tcp:HOST:PORT)")
+    raise ArgumentError("ARGUMENT", f"{address}: not an address (expected unix:PATH or tcp:HOST:PORT)")
 
 
 def _token_path() -> str:
@@ -111,6 +111,16 @@ def _token_path() -> str:
     if os.geteuid() == 0:
         return "/var/lib/vergence/tcp_token"
     return os.path.expanduser("~/.local/state/vergence/tcp_token")
+
+
+def _read_token(path: PathLike) -> str:
+    try:
+        with open(path, encoding="ascii") as file:
+            return file.read().strip()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not a token"
+        raise Error("NOT_CONNECTED", f"{os.fspath(path)}: {reason} (the token of the TCP port: copy it from the "
+                                     "instrument, or name its file, token=)") from None
 
 
 class Instrument:
@@ -124,8 +134,7 @@ class Instrument:
         self._left = b""
         try:
             if address.startswith("tcp:"):
-                with open(_token_path() if token is None else token, encoding="ascii") as file:
-                    self._send("@token " + file.read().strip())
+                self._send("@token " + _read_token(_token_path() if token is None else token))
                 self._expect_ok()
             self._send("@text")
             self._expect_ok()
@@ -161,15 +170,24 @@ class Instrument:
         if self._socket is None:
             raise Error("NOT_CONNECTED", f"{self.address}: the connection is closed")
         if "\n" in line or "\r" in line:
-            raise Error("ARGUMENT", "a command is one line")
-        self._socket.sendall(line.encode() + b"\n")
+            raise ArgumentError("ARGUMENT", "a command is one line")
+        try:
+            self._socket.sendall(line.encode() + b"\n")
+        except ConnectionError:
+            self._lost()
+
+    def _lost(self) -> NoReturn:
+        self.close()
+        raise Error("NOT_CONNECTED", f"{self.address}: vergenced has closed the connection") from None
 
     def _receive(self) -> None:
         assert self._socket is not None
-        block = self._socket.recv(1 << 20)
+        try:
+            block = self._socket.recv(1 << 20)
+        except ConnectionError:
+            block = b""
         if not block:
-            self.close()
-            raise Error("NOT_CONNECTED", f"{self.address}: vergenced has closed the connection")
+            self._lost()
         self._left += block
 
     def _line(self) -> bytes:
@@ -204,7 +222,9 @@ class Instrument:
         except KeyboardInterrupt:
             if self._socket is not None:
                 self._socket.sendall(b"\x03")
-                self._answer(None)
+                late = self._answer(None)
+                if "binary" in options and late.get("ok"):
+                    self._bytes(int(late["result"]["bytes"]))
             raise
         if not answer.get("ok"):
             raise Error(answer.get("error", "UNKNOWN"), answer.get("message") or answer.get("error", ""))
@@ -266,6 +286,8 @@ class Instrument:
         """Takes a pair and fetches it. name: it stays on the instrument as this session; None: it is
         removed there. to: the directory for the session, which must not exist or be empty; None: a
         temporary one, removed with the Pair."""
+        if to is not None and os.path.lexists(to) and (not os.path.isdir(to) or os.listdir(to)):
+            raise ArgumentError("ARGUMENT", f"{os.fspath(to)}: exists and is not empty (name a new directory)")
         wanted = name or f"python-{os.urandom(6).hex()}"
         self._command("capture", wanted, options)
         temporary = tempfile.mkdtemp(prefix="vergence-") if to is None else None
@@ -280,8 +302,6 @@ class Instrument:
 
     def _fetch_directory(self, name: str, path: str) -> None:
         os.makedirs(path, exist_ok=True)
-        if os.listdir(path):
-            raise Error("ARGUMENT", f"{path}: not empty")
         for entry in self(f"files {name}").get("files", []):
             file = os.path.basename(entry.get("file", ""))
             if not file:
@@ -307,7 +327,11 @@ class Instrument:
         """One picture of both cameras as they see now, reduced to at most `side_px` a side (default 640)."""
         line = "stream" + ("" if side_px is None else f" side={side_px}") + ("" if colour else " colour=no")
         result = self._ask(line, "json,binary")
-        data = self._bytes(int(result["bytes"]))
+        try:
+            data = self._bytes(int(result["bytes"]))
+        except KeyboardInterrupt:
+            self._bytes(int(result["bytes"]))  # or the next answer begins within the picture
+            raise
         shape = int(result["height"]), int(result["width"]), int(result["channels"])
         both = np.frombuffer(data, np.uint8, shape[0] * shape[1] * shape[2]).reshape(shape)
         both = both[:, :, 0] if shape[2] == 1 else both

@@ -337,14 +337,14 @@ def reconstruct(left: Any, right: Any = None, calibration: Union[None, Calibrati
 
 
 def _map(name: str, value: Any) -> np.ndarray:
-    array = np.asarray(value)
+    array = np.asarray(value.disparity if isinstance(value, Surface) else value)
     if array.ndim != 2 or array.dtype.kind not in "fiu":
         raise ArgumentError("ARGUMENT", f"{name}: {array.dtype} {array.shape} (expected numbers of the shape "
                                         "(height, width))")
     return np.ascontiguousarray(array, dtype=np.float32)
 
 
-def evaluate(surface: Union[Surface, np.ndarray], truth: Union[PathLike, np.ndarray], *,
+def evaluate(surface: Union[Surface, np.ndarray], truth: Union[PathLike, Surface, np.ndarray], *,
              mask: Union[None, PathLike, np.ndarray] = None, scale: float = 0) -> dict[str, dict[str, float]]:
     """How far disparities are from the truth, by the rules of "vergence evaluate": for each of
     "filled_all", "measured_all" and, with a mask, "filled_visible" and "measured_visible", the number of
@@ -353,7 +353,9 @@ def evaluate(surface: Union[Surface, np.ndarray], truth: Union[PathLike, np.ndar
     surface: a result, or disparities in px, not finite where not measured. truth: the same, or a file (PFM
     or PNG; scale: values for one px in 8 bit PNG). mask: uint8, 255 visible in both, 128 occluded, 0
     unknown, or a file."""
-    disparity = _map("surface", surface.disparity if isinstance(surface, Surface) else surface)
+    if not 0 <= scale < float("inf"):
+        raise ArgumentError("RANGE", f"scale is {scale} (expected the values for one px, or 0 for the default)")
+    disparity = _map("surface", surface)
     known: Any = mask
     if isinstance(truth, (str, os.PathLike)):
         path = os.fspath(mask) if isinstance(mask, (str, os.PathLike)) else None
@@ -368,5 +370,8 @@ def evaluate(surface: Union[Surface, np.ndarray], truth: Union[PathLike, np.ndar
                                         f"{disparity.shape[1]}x{disparity.shape[0]} (sizes must be equal, the "
                                         "mask's too)")
     if known is not None:
-        known = np.ascontiguousarray(known, dtype=np.uint8)
+        if np.asarray(known).dtype != np.uint8:
+            raise ArgumentError("ARGUMENT", f"mask: values are {np.asarray(known).dtype} (expected uint8: 255 "
+                                            "visible in both, 128 occluded, 0 unknown)")
+        known = np.ascontiguousarray(known)
     return _vergence.evaluate(disparity, np.ascontiguousarray(values), known)

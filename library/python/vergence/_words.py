@@ -17,13 +17,17 @@ def path_of(path: PathLike) -> str:
     return os.path.abspath(os.fspath(path)) if os.fspath(path).startswith("-") else os.fspath(path)
 
 
+def plain(value: Any) -> Any:
+    """Numbers and arrays of numpy as those of Python, whose text the command line reads."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
 def text_of(value: Any, separator: str) -> str:
+    value = plain(value)
     if isinstance(value, (tuple, list)):
         return separator.join(text_of(one, separator) for one in value)
     if isinstance(value, float):
         return repr(value)
-    if hasattr(value, "item"):  # a number of numpy
-        return text_of(value.item(), separator)
     return str(value)
 
 
@@ -31,7 +35,7 @@ def words_of(separators: dict[str, str], **options: Any) -> list[str]:
     """Options by the names of the command line, with _ for -: None and False are left out."""
     words: list[str] = []
     for name, value in options.items():
-        option = "--" + name.replace("_", "-")
+        option, value = "--" + name.replace("_", "-"), plain(value)
         if value is True:
             words.append(option)
         elif value is not None and value is not False:

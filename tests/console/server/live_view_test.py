@@ -241,6 +241,9 @@ class OnWebcams(Page, DeviceTest):
         said = pathlib.Path(recorded.errors.name).read_text
         wait_until(lambda: said() == "vergence view: there is no xdg-open: open the address in a "
                                      "browser\n", said)
+        done = subprocess.run([VERGENCE, "view", os.path.join(view.out, "files", session), "--calibration", "absent"],
+                              capture_output=True, text=True, timeout=TIMEOUT_S)
+        self.assertEqual((done.returncode, done.stderr), (3, "vergence view: absent: No such file or directory\n"))
         self.browser.open(recorded.url, f"{NUMBER} > 0")
         self.until("/pair 1 of 1/.test(document.getElementById('pace').textContent)")
         self.assertTrue(self.browser.evaluate("document.getElementById('controls').closest('section').hidden"))
@@ -301,6 +304,8 @@ class OnWebcams(Page, DeviceTest):
     def test_one_line_says_what_is_wrong(self):
         for words, expected in ((("--cameras", "/dev/video7,/dev/video8"), 0),
                                 (("unix:absent.sock",), 3), (("absent",), 3),
+                                (("--cameras", "a,b", "unix:absent.sock"), 2),
+                                (("unix:absent.sock", "--out", __file__), 1),
                                 (("--cameras", "/dev/video0"), 3), (("--near", "5"), 2)):
             if expected == 0:
                 view = self.started(*words)

@@ -4,6 +4,7 @@ import os
 import pathlib
 import re
 import signal
+import socket
 import tempfile
 import unittest
 
@@ -71,6 +72,26 @@ class Connected(DeviceTest):
             self.instrument("wait 600", progress=interrupt)
         self.instrument("status")
 
+    def test_control_c_between_an_answer_and_its_picture_leaves_the_next_answer_whole(self):
+        receive, count = self.instrument._bytes, []
+
+        def interrupted(size):
+            count.append(size)
+            if len(count) == 1:
+                raise KeyboardInterrupt
+            return receive(size)
+        self.instrument._bytes = interrupted
+        with self.assertRaises(KeyboardInterrupt):
+            next(self.instrument.stream(side_px=160))
+        self.assertIn("state", str(self.instrument.status()))
+
+    def test_a_daemon_that_ends_is_an_error(self):
+        self.end(type(self).daemon)
+        for _ in range(2):
+            with self.assertRaisesRegex(v.Error, "closed"):
+                self.instrument.status()
+        self.start()
+
     def test_the_readme(self):
         text = (package.SOURCE / "library/README.md").read_text()
         program = re.search(r"^```python instrument\n(.*?)^```", text, re.M | re.S)[1]
@@ -81,9 +102,14 @@ class NotConnected(unittest.TestCase):
     def test_no_daemon_and_wrong_addresses(self):
         with tempfile.TemporaryDirectory() as folder:
             for address, text in ((f"unix:{folder}/v.sock", "No such file"), ("rig", "not an address"),
-                                  ("tcp:127.0.0.1", "not an address")):
+                                  ("tcp:127.0.0.1", "not an address"), ("tcp:127.0.0.1:99999", "not an address")):
                 with self.assertRaisesRegex(v.Error, text):
                     v.connect(address)
+
+    def test_a_missing_token_is_named(self):
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            with self.assertRaisesRegex(v.Error, "/nowhere/token: No such file"):
+                v.connect(f"tcp:127.0.0.1:{server.getsockname()[1]}", token="/nowhere/token")
 
 
 if __name__ == "__main__":

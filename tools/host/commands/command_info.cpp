@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
@@ -320,7 +322,10 @@ bool read_calibration(const std::string &path, const request &asked, info_page *
 bool read_lengths(const std::string &path, reader read, const request &asked, info_page *page,
                   std::string *message) {
     if (read != info_result || asked.at != nullptr || asked.convert != nullptr) {
-        *message = path + ": --depth, --distance and --plane need a result, and no --at";
+        *message = path + (access(path.c_str(), F_OK) != 0
+                               ? std::string(": ") + std::strerror(errno)
+                               : ": --depth, --distance and --plane need the directory of a result "
+                                 "with result.json and points.pcd, and no --at");
         return false;
     }
     page->path = path;

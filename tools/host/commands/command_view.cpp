@@ -8,6 +8,7 @@
 #ifdef VERGENCE_HAS_VIEW
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -179,6 +180,12 @@ int show(const request &asked, const char *where) {
     sigprocmask(SIG_BLOCK, &ends, nullptr);  // threads inherit it
     signal(SIGPIPE, SIG_IGN);
     std::string error;
+    struct stat status {};
+    if (stat(asked.out, &status) == 0 && !S_ISDIR(status.st_mode)) {
+        return fail(
+            std::string(asked.out) + " exists and is not a directory (give another name, --out)",
+            CLIENT_FAILED);
+    }
     view_webcams webcams;
     const std::unique_ptr<view_source> source = open_source(asked, where, &webcams, &error);
     if (source == nullptr) {
@@ -229,6 +236,11 @@ int command_view(int argc, char **argv) {
     }
     if ((asked.near_mm > 0) != (asked.far_mm > 0) || asked.near_mm > asked.far_mm) {
         std::fputs("vergence view: --near and --far belong together, the nearer one first\n",
+                   stderr);
+        return CLIENT_USAGE;
+    }
+    if (asked.cameras != nullptr && count > 0) {
+        std::fputs("vergence view: --cameras cannot be combined with an ADDRESS or a SESSION\n",
                    stderr);
         return CLIENT_USAGE;
     }

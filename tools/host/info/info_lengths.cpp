@@ -121,6 +121,13 @@ bool add_plane(const result_points &points, const double region[4], const fit_co
                info_page *page, std::string *message) {
     const std::array<int, 4> place = {static_cast<int>(region[0]), static_cast<int>(region[1]),
                                       static_cast<int>(region[2]), static_cast<int>(region[3])};
+    if (region[2] < 1 || region[3] < 1 || region[0] + region[2] > points.width_px ||
+        region[1] + region[3] > points.height_px) {
+        *message = report_text_format(
+            "--plane: region %d,%d,%d,%d is empty or not within the maps, which have %d x %d px",
+            place[0], place[1], place[2], place[3], points.width_px, points.height_px);
+        return false;
+    }
     std::vector<fit_point> found;
     fit_plane_result plane;
     if (!points.read(place, &found, message)) {

@@ -39,7 +39,7 @@ async function follow(place, path, wanted, use) {
       else if (!response.ok) { report(place, (await response.text()).trim()); await pause(300); }
     } catch (error) {
       next = null;
-      report(place, 'No answer from "vergence view": it has ended, or start it again.');
+      report(place, '"vergence view" does not answer. If it has ended, start it again and open the address that it prints.');
       await pause(1000);
     }
   }

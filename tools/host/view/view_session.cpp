@@ -76,6 +76,13 @@ bool session::open(std::string *error) {
     if (code == ERROR_OK) {
         code = session_pairs_find(&pairs_, &reader, 0, &last_error);
         count_ = pairs_.count;
+        calibration value{};
+        if (code == ERROR_OK && !calibration_.empty()) {
+            code =
+                session_calibration(reader, pairs_, calibration_.c_str(), 1, &value, &last_error);
+            // It may be for other pairs of the session: each picture says whether it fits.
+            code = code == ERROR_SIZE_MISMATCH || code == ERROR_RANGE ? ERROR_OK : code;
+        }
         session_reader_close(&reader);
     }
     *error = code == ERROR_OK ? "" : last_error.text;
