@@ -124,6 +124,15 @@ class Images(UnprivilegedFixture):
                          **self.as_other_user())
         self.assert_refused(done, 3, "secret.png", "Permission denied")
 
+    def test_a_directory_without_permission(self):
+        locked = self.directory / "locked"
+        locked.mkdir(mode=0)
+        who = self.as_other_user()
+        for words in (("info", locked), ("view", locked, "--no-browser"),
+                      ("reconstruct", locked, "--all", "--out", self.out)):
+            with self.subTest(words[0]):
+                self.assert_refused(pairs.run(*words, **who), 3, "locked", "Permission denied")
+
     def test_truncated_and_damaged_files(self):
         self.save("a.jpg", self.left)
         self.save("a.tif", self.left)

@@ -236,7 +236,7 @@ class OnWebcams(Page, DeviceTest):
                                  capture_output=True, check=True).stdout.split()
         self.assertEqual(len(daemons), 1)
         recorded = View(tempfile.mkdtemp(dir=self.folder), os.path.join(view.out, "files", session),
-                        environment={**os.environ, "PATH": self.folder}, browser=())
+                        "--near", "500", "--far", "4000", environment={**os.environ, "PATH": self.folder}, browser=())
         self.addCleanup(recorded.end)
         said = pathlib.Path(recorded.errors.name).read_text
         wait_until(lambda: said() == "vergence view: there is no xdg-open: open the address in a "
@@ -245,6 +245,7 @@ class OnWebcams(Page, DeviceTest):
                               capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertEqual((done.returncode, done.stderr), (3, "vergence view: absent: No such file or directory\n"))
         self.browser.open(recorded.url, f"{NUMBER} > 0")
+        self.assertEqual(self.browser.evaluate("document.getElementById('far').value"), "4000")
         self.until("/pair 1 of 1/.test(document.getElementById('pace').textContent)")
         self.assertTrue(self.browser.evaluate("document.getElementById('controls').closest('section').hidden"))
 
@@ -303,7 +304,7 @@ class OnWebcams(Page, DeviceTest):
 
     def test_one_line_says_what_is_wrong(self):
         for words, expected in ((("--cameras", "/dev/video7,/dev/video8"), 0),
-                                (("unix:absent.sock",), 3), (("absent",), 3),
+                                (("unix:absent.sock",), 3), (("absent",), 3), (("files/absent",), 3),
                                 (("--cameras", "a,b", "unix:absent.sock"), 2),
                                 (("unix:absent.sock", "--out", __file__), 1),
                                 (("--cameras", "/dev/video0"), 3), (("--near", "5"), 2)):
@@ -316,6 +317,7 @@ class OnWebcams(Page, DeviceTest):
             done = subprocess.run([VERGENCE, "view", *words, "--no-browser"], capture_output=True,
                                   text=True, timeout=TIMEOUT_S, cwd=self.folder)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (expected, 1), done.stderr)
+            self.assertEqual("neither a recorded session nor" in done.stderr, words[0].endswith("absent"))
 
 
 if __name__ == "__main__":

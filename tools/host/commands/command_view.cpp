@@ -11,11 +11,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <memory>
 #include <string>
 
-#include "daemon/client/remote.h"
 #include "daemon/session/session_pairs.h"
 #include "tools/host/view/view_results.hpp"
 #include "tools/host/view/view_server.hpp"
@@ -134,10 +135,12 @@ std::unique_ptr<view_source> open_source(const request &asked, const char *where
     if (where != nullptr && session_pairs_here(where)) {
         return view_session_open(where, asked.calibration, error);
     }
-    if (where != nullptr && !remote_is_address(where)) {
-        *error = std::string(where) +
-                 ": neither a recorded session nor an address (unix:PATH, "
-                 "tcp:HOST:PORT, serial:DEVICE)";
+    if (where != nullptr && std::strchr(where, ':') == nullptr) {
+        *error = std::string(where) + ": ";
+        *error += access(where, R_OK) != 0 && errno == EACCES
+                      ? std::strerror(errno)
+                      : "neither a recorded session nor an address (unix:PATH, tcp:HOST:PORT, "
+                        "serial:DEVICE)";
         return nullptr;
     }
     if (where != nullptr) {

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -116,6 +117,9 @@ std::vector<std::string> files_in(std::string directory) {
                  directory +
                      ": no pair: calibration.json is of one camera alone, so there is nothing to "
                      "load, convert or export");
+        }
+        if (access(directory.c_str(), R_OK | X_OK) != 0) {
+            fail(ERROR_ARGUMENT, directory + ": " + std::strerror(errno));
         }
         fail(ERROR_ARGUMENT,
              directory +

@@ -28,6 +28,7 @@ async function usePicture(response, about) {
   if (!facts.live) element('pair').textContent = about.pair + ' of ' + about.pairs;
 }
 
+for (const id of ['near', 'far']) element(id).value = facts[id] || '';
 const depthNumber = (id) => { const value = parseFloat(element(id).value); return value > 0 ? value : 0; };
 follow('pictures', (after) => 'picture?after=' + after, () => true, usePicture);
 follow('depth', (after) => 'depth?after=' + after + '&near=' + depthNumber('near') + '&far=' + depthNumber('far') + '&refined=' + (stage.pointer && stage.pointer.pane.kind !== 'picture' ? 1 : 0), wantsDepth, async (response, about) => {

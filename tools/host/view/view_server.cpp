@@ -308,9 +308,13 @@ std::string view_server::state::facts() const {
     for (const colormap_rgb &colour : colormap_sequential()) {
         colours.push_back(colour);
     }
-    std::string text =
-        json{{"live", source->is_live()}, {"name", source->name()}, {"colours", colours}}.dump(
-            -1, ' ', true);
+    std::string text = json{
+        {"live", source->is_live()},
+        {"name", source->name()},
+        {"near", settings.near_mm},
+        {"far", settings.far_mm},
+        {"colours",
+         colours}}.dump(-1, ' ', true);
     for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) {
         text.replace(at, 1, "\\u003c");  // it stands inside a <script> element
     }
