@@ -29,7 +29,7 @@ struct request {
     calibrate_output output;
 };
 
-const command_argument options[] = {
+const command_argument known_options[] = {
     text_option(
         "board", offsetof(request, board.corners), "COLUMNSxROWS",
         "Inner corners of the board: one less than squares, along a row and from row to row, 2 to "
@@ -160,8 +160,8 @@ const option_page request_page = {
     "vergence calibrate 'left*.jpg' --single --board 9x6 --square 30\n"
     "vergence calibrate files/look:2 --touch-up instrument.zoom --board 10x7 --square 24 "
     "--charuco 4x4_50 --marker 17 --corners files/look/corners.vnl",
-    options,
-    sizeof options / sizeof options[0],
+    known_options,
+    sizeof known_options / sizeof known_options[0],
     1,
     operands_max,
 };
