@@ -338,7 +338,7 @@ class Folders(Fixture):
                 if texts:
                     for path in texts:
                         (root / path).unlink()
-                    self.refused(["no calibration"], root)
+                    self.refused(["no calibration: it has no"], root)
 
     def test_side_by_side(self):
         rig = ["--calibration", self.calibration_text()]

@@ -44,7 +44,9 @@ mcap_reader::mcap_reader(const std::string &path) : path_(path), stream_(path, s
     std::string magic(mcap_magic.size(), '\0');
     if (!stream_.read(&magic[0], static_cast<std::streamsize>(magic.size())) ||
         magic != mcap_magic) {
-        throw import_failure{ERROR_SYNTAX, path + ": is not an MCAP file"};
+        throw import_failure{
+            ERROR_SYNTAX,
+            path + ": is not an MCAP file (an image or video with both views: --side-by-side)"};
     }
     check_end();
     stream_.seekg(static_cast<std::streamoff>(magic.size()));

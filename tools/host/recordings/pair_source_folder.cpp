@@ -142,7 +142,7 @@ void folder_source::match() {
 
 bool folder_source::calibrate(const import_options &options, calibration *value,
                               std::string *where) {
-    *where = path_ + (form_.calibrations.empty() ? " has none" : "");
+    *where = form_.calibrations.empty() ? "it has none" : "it";
     for (const char *name : form_.calibrations) {
         const std::string path = path_ + "/" + name;
         if (!exists(path)) {

@@ -47,8 +47,8 @@ void split(const owned_image &both, const std::string &name, recorded_pair *pair
     }
 }
 
-bool no_calibration(const std::string &path, std::string *where) {
-    *where = path + " has none";
+bool no_calibration(std::string *where) {
+    *where = "it has none";
     return false;
 }
 
@@ -73,7 +73,7 @@ class image_halves : public pair_source {
     }
 
     bool calibrate(const import_options &, calibration *, std::string *where) override {
-        return no_calibration(path_, where);
+        return no_calibration(where);
     }
 
   private:
@@ -151,7 +151,7 @@ class video_halves : public pair_source {
 
     bool next(recorded_pair *pair) override;
     bool calibrate(const import_options &, calibration *, std::string *where) override {
-        return no_calibration(path_, where);
+        return no_calibration(where);
     }
 
   private:
