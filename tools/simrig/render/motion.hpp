@@ -27,7 +27,7 @@ class Motion {
            int row_begin, int row_end);
 
     /// Whether the rows may share their moments: between the first and the last of them the image
-    /// hardly changes.
+    /// changes little.
     bool rows_alike() const;
 
     /// 1 to 16 moments, a power of two: how many states a block around this pixel needs that sees

@@ -329,16 +329,22 @@ class BlockOfPixels {
         task.electrons_per_luminance =
             lux / static_cast<double>(moments_.size()) *
             electrons_per_lux(job_.rig_camera.sensor, task.channel, lit_us);
-        std::function<double()> between_nodes;
-        if (pitch_ > 0) {
-            between_nodes = [=] {
-                const Vec2 pixel = {static_cast<double>(x), static_cast<double>(y)};
-                const Optics &optics = states_[0].camera.optics;
-                return nodes_.luminance(pixel + optics.colour_shift(pixel, task.channel),
-                                        task.channel, pitch_);
-            };
+        return luminance(task, {static_cast<double>(x), static_cast<double>(y)}) *
+               task.electrons_per_luminance;
+    }
+
+    // Far out of focus, where one ray does not do, it is that between the nodes.
+    double luminance(const PixelTask &task, Vec2 pixel) {
+        double smooth = 0;
+        if (pitch_ == 0) {
+            return pixel_luminance(view_, task);
         }
-        return pixel_luminance(view_, task, between_nodes) * task.electrons_per_luminance;
+        if (smooth_pixel_luminance(view_, task, smooth)) {
+            return smooth;
+        }
+        const Optics &optics = states_[0].camera.optics;
+        return nodes_.luminance(pixel + optics.colour_shift(pixel, task.channel), task.channel,
+                                pitch_);
     }
 
     const Job &job_;

@@ -192,10 +192,13 @@ double traced_luminance(const PixelTask &task, Rays &rays) {
     return rays.mean();
 }
 
-// The mean of all moments. False: one of them asks for rays.
+// The mean of all moments. False: there may be an edge, or one of them asks for more rays.
 bool smooth_throughout(const View &view, const PixelTask &task, Remembered &memory,
                        double &luminance) {
     double sum = 0;
+    if (!task.starts_smooth) {
+        return false;
+    }
     for (const PixelMoment &moment : *task.moments) {
         double one = 0;
         if (!smooth_luminance(view, task, moment, memory, one)) {
@@ -228,14 +231,16 @@ Colour area_luminance(const View &view, const PixelTask &task, int rays) {
     return sum;
 }
 
-double pixel_luminance(const View &view, const PixelTask &task,
-                       const std::function<double()> &between_nodes) {
+bool smooth_pixel_luminance(const View &view, const PixelTask &task, double &luminance) {
+    Remembered memory;
+    return smooth_throughout(view, task, memory, luminance);
+}
+
+double pixel_luminance(const View &view, const PixelTask &task) {
     Rays rays{view, task, {}};
     double luminance = 0;
-    if (task.starts_smooth && smooth_throughout(view, task, rays.memory, luminance)) {
-        return luminance;
-    }
-    return between_nodes ? between_nodes() : traced_luminance(task, rays);
+    return smooth_throughout(view, task, rays.memory, luminance) ? luminance
+                                                                 : traced_luminance(task, rays);
 }
 
 Aperture::Aperture(double spot_rms_px) {

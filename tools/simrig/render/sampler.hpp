@@ -3,7 +3,6 @@
 #ifndef VERGENCE_TOOLS_SIMRIG_RENDER_SAMPLER_HPP
 #define VERGENCE_TOOLS_SIMRIG_RENDER_SAMPLER_HPP
 
-#include <functional>
 #include <vector>
 
 #include "tools/simrig/render/sampler_types.hpp"
@@ -28,10 +27,11 @@ Corner corner_at(const PixelView &pixel, Vec2 offset_px, Vec2 pupil,
 /// Light where the pixel's middle ray meets a sheet that covers it.
 LocalLight light_on_sheet(const View &view, const PixelView &pixel, const Candidate &candidate);
 
-/// Mean luminance over the pixel and the pupil. Far out of focus, where one ray does not do, that
-/// is `between_nodes`, if this is not empty.
-double pixel_luminance(const View &view, const PixelTask &task,
-                       const std::function<double()> &between_nodes);
+/// Mean luminance over the pixel and the pupil.
+double pixel_luminance(const View &view, const PixelTask &task);
+
+/// The same where one ray at each moment does. False: more are needed.
+bool smooth_pixel_luminance(const View &view, const PixelTask &task, double &luminance);
 
 /// The same in all colours, by this number of rays of the views' own colour.
 Colour area_luminance(const View &view, const PixelTask &task, int rays);
