@@ -16,6 +16,16 @@ struct bytes_ended : std::runtime_error {
     bytes_ended() : std::runtime_error("ends too early") {}
 };
 
+/// The bytes of a number between the machine's order and little-endian: either way.
+inline void swap_to_little(unsigned char *raw, size_t size) {
+    const uint16_t one = 1;
+    unsigned char first;
+    std::memcpy(&first, &one, 1);
+    for (size_t i = 0; first != 1 && i < size / 2; i++) {
+        std::swap(raw[i], raw[size - 1 - i]);
+    }
+}
+
 class byte_writer {
   public:
     template <class Number>
@@ -23,11 +33,7 @@ class byte_writer {
         align(sizeof value);
         unsigned char raw[sizeof value];
         std::memcpy(raw, &value, sizeof value);
-        if (!is_little()) {
-            for (size_t i = 0; i < sizeof value / 2; i++) {
-                std::swap(raw[i], raw[sizeof value - 1 - i]);
-            }
-        }
+        swap_to_little(raw, sizeof value);
         bytes.append(reinterpret_cast<const char *>(raw), sizeof value);
     }
 
@@ -48,13 +54,6 @@ class byte_writer {
     void sized(const std::string &data) {
         u32(data.size());
         bytes += data;
-    }
-
-    static bool is_little() {
-        const uint16_t one = 1;
-        unsigned char first;
-        std::memcpy(&first, &one, 1);
-        return first == 1;
     }
 
     std::string bytes;
@@ -100,11 +99,7 @@ class byte_reader {
         }
         unsigned char raw[sizeof value];
         std::memcpy(raw, take(sizeof value), sizeof value);
-        if (!byte_writer::is_little()) {
-            for (size_t i = 0; i < sizeof value / 2; i++) {
-                std::swap(raw[i], raw[sizeof value - 1 - i]);
-            }
-        }
+        swap_to_little(raw, sizeof value);
         std::memcpy(&value, raw, sizeof value);
         return value;
     }
