@@ -30,11 +30,13 @@ def preloaded(script):
             "ASAN_OPTIONS": sanitizer}
 
 
-def show(path, image):
-    """Replaces the picture that a camera shows, whole, as a PGM or PPM; colours are RGB."""
-    kind = b"P6" if image.ndim == 3 else b"P5"
+def show(path, *images):
+    """Replaces the picture that a camera shows, whole, as a PGM or PPM; colours are RGB. Several are shown in turn,
+    another in each frame."""
     with open(path + ".new", "wb") as file:
-        file.write(kind + b" %d %d 255\n" % (image.shape[1], image.shape[0]) + image.tobytes())
+        for image in images:
+            kind = b"P6" if image.ndim == 3 else b"P5"
+            file.write(kind + b" %d %d 255\n" % (image.shape[1], image.shape[0]) + image.tobytes())
     os.rename(path + ".new", path)
 
 

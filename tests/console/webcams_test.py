@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The commands of FIRST_HOUR.md for two webcams, on a fake kernel whose cameras show the board in view
 after view and then the scene."""
-import contextlib
 import json
 import os
 import pathlib
@@ -10,7 +9,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import unittest
 
@@ -64,9 +62,10 @@ class Webcams(unittest.TestCase):
     def place(self, *names):
         return os.path.join(self.folder, *names)
 
-    def show(self, pair):
-        for path, image in zip(self.pictures, pair):
-            show(path, cv2.cvtColor(image, cv2.COLOR_GRAY2RGB))
+    def show(self, *pairs):
+        """Shows a pair to the two cameras; several in turn, another in each frame."""
+        for path, images in zip(self.pictures, zip(*pairs)):
+            show(path, *(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB) for image in images))
         time.sleep(2 * FRAME_US * 1e-6)  # frames in flight have arrived
 
     def run_one(self, command):
@@ -148,27 +147,11 @@ class Webcams(unittest.TestCase):
                                r"subject measured; the light could not be set: [^;]*\n")
         self.assertEqual(re.findall(r"step ([a-z ]+):", done), ["light", "pair", "surface"])
         self.assertTrue(os.path.exists(self.place("thing-surface", "report.html")))
-        with self.moving():
-            self.refused(f"{ask} measure moves", "MOVED", "pair: ", "keep scene and light constant")
+        self.show(*([boards.picture(painted(), boards.pose(12, 20, 4, 10, 0, 30 + way), right, seed=50)
+                     for right in (False, True)] for way in (0, 40, 80, 20, 60)))
+        self.refused(f"{ask} measure moves", "MOVED", "pair: ", "keep scene and light constant")
         self.assertFalse(os.path.exists(self.place("files", "moves")))
         self.stop(running)
-
-    @contextlib.contextmanager
-    def moving(self):
-        """Another picture in each frame."""
-        still = threading.Event()
-
-        def move():
-            shown = [[boards.picture(painted(), boards.pose(12, 20, 4, 10, 0, 30 + way), right, seed=50)
-                      for right in (False, True)] for way in (0, 40)]
-            while not still.is_set():
-                shown.reverse()
-                self.show(shown[0])
-        thread = threading.Thread(target=move)
-        thread.start()
-        yield
-        still.set()
-        thread.join()
 
     def exchange_cameras(self, daemon):
         """The calibration detects by the ports that left and right are swapped."""

@@ -19,7 +19,9 @@ static void stop(const char *path, const char *why) {
     abort();
 }
 
-static struct picture load(const char *path, int plain) {
+/// Reads the picture of the frame `sequence`: a file of several equal ones, one behind the other as
+/// Netpbm allows, is a loop.
+static struct picture load(const char *path, int plain, uint32_t sequence) {
     struct picture picture = {.channels = 0};
     FILE *file = fopen(path, "rb");
     if (file == NULL) {
@@ -36,10 +38,17 @@ static struct picture load(const char *path, int plain) {
     }
     const long begin = ftell(file);
     const long end = fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
-    if (begin < 0 || end <= begin || fseek(file, begin, SEEK_SET) != 0) {
+    if (begin < 0 || end <= begin) {
         stop(path, "not a file with pixels");
     }
-    picture.bytes = (size_t)(end - begin);
+    const long pixels = (long)picture.width_px * (long)picture.height_px;
+    const long one = begin + pixels * picture.channels * (picture.maximum > 255 ? 2 : 1);
+    const long pictures = plain || end < one ? 1 : end / one;
+    const long first = pictures == 1 ? 0 : (long)sequence % pictures * one;
+    if (fseek(file, first + begin, SEEK_SET) != 0) {
+        stop(path, "not a file with pixels");
+    }
+    picture.bytes = (size_t)(pictures == 1 ? end - begin : one - begin);
     picture.data = malloc(picture.bytes);
     if (picture.data == NULL || fread(picture.data, 1, picture.bytes, file) != picture.bytes) {
         stop(path, "cannot be read");
@@ -49,7 +58,7 @@ static struct picture load(const char *path, int plain) {
 }
 
 void fake_picture_size(const char *path, uint32_t *width_px, uint32_t *height_px) {
-    const struct picture picture = load(path, 0);
+    const struct picture picture = load(path, 0, 0);
     *width_px = picture.width_px;
     *height_px = picture.height_px;
     free(picture.data);
@@ -80,9 +89,9 @@ static void words_of(const struct picture *picture, size_t pixels, uint8_t *data
 }
 
 void fake_picture_paint(const char *path, uint32_t fourcc, uint32_t width_px, uint32_t height_px,
-                        uint8_t *data, size_t *bytes) {
+                        uint32_t sequence, uint8_t *data, size_t *bytes) {
     const int plain = fourcc == V4L2_PIX_FMT_MJPEG;
-    struct picture picture = load(path, plain);
+    struct picture picture = load(path, plain, sequence);
     const size_t pixels = (size_t)width_px * height_px;
     if (!plain && (picture.width_px != width_px || picture.height_px != height_px)) {
         stop(path, "is of another size than the camera's frames");

@@ -58,8 +58,8 @@ static void expose(struct fake_video *self, uint8_t *data, size_t bytes) {
 static void paint(struct fake_video *self, uint32_t sequence, uint8_t *data, size_t *bytes) {
     const struct fake_video_format *format = &self->format;
     if (self->picture != NULL) {
-        fake_picture_paint(self->picture, format->fourcc, format->width_px, format->height_px, data,
-                           bytes);
+        fake_picture_paint(self->picture, format->fourcc, format->width_px, format->height_px,
+                           sequence, data, bytes);
         if (self->bright_at != 0) {
             expose(self, data, *bytes);
         }
