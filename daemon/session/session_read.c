@@ -93,6 +93,23 @@ static bool crc_fits(const struct session_reader *self, const char *line, size_t
     return memcmp(line + body, word, sizeof word - 1) == 0;
 }
 
+/// Why the present line is not an event.
+static int refuse_line(const struct session_reader *self, const char *line,
+                       struct message *message) {
+    unsigned version = 0;
+    if (self->line == 1 && sscanf(line, "begin version=%3u ", &version) == 1 &&
+        version > SESSION_VERSION) {
+        return message_set(message, ERROR_SYNTAX,
+                           "%s: a session of version %u (this program reads up to %d: use a newer "
+                           "one)",
+                           self->path, version, SESSION_VERSION);
+    }
+    return message_set(
+        message, ERROR_SYNTAX,
+        "%s/%s: line %d is not a valid event (if a newer version wrote it, use that one)",
+        self->path, SESSION_INDEX_NAME, self->line);
+}
+
 int session_reader_next(struct session_reader *self, struct session_event *event,
                         struct message *message) {
     INVARIANT(self->at <= self->length);
@@ -116,10 +133,7 @@ int session_reader_next(struct session_reader *self, struct session_event *event
     self->line++;
     const int code = session_event_parse(line, length - (1 + SESSION_CRC_DIGITS), event);
     if (code != 0 || self->ended || (event->kind == SESSION_BEGIN) != (self->line == 1)) {
-        return message_set(
-            message, ERROR_SYNTAX,
-            "%s/%s: line %d is not a valid event (if a newer version wrote it, use that one)",
-            self->path, SESSION_INDEX_NAME, self->line);
+        return refuse_line(self, line, message);
     }
     self->crc = crc_update(self->crc, line, length + 1);
     self->at += length + 1;

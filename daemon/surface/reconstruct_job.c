@@ -41,8 +41,10 @@ static void choose_options(struct reconstruct_job *job) {
     *options = reconstruct_default_options();
     options->rectify.depth_near_mm = request->depth_mm[0];
     options->rectify.depth_far_mm = request->depth_mm[1];
-    options->rectify.disparity_min = request->disparity[0];
-    options->rectify.disparity_count = request->disparity[1];
+    if (request->disparity[1] > 0) {
+        options->rectify.disparity_min = request->disparity[0];
+        options->rectify.disparity_count = request->disparity[1];
+    }
     options->rectify.allow_beyond = request->rectified && request->calibration_path == NULL;
     if (request->region_px[2] > 0) {
         options->rectify.region_x_px = request->region_px[0];

@@ -250,7 +250,7 @@ static const char *check_depths(struct reconstruct_request *request) {
     if (depth_mm[1] > 0 && !(depth_mm[0] < depth_mm[1])) {
         return "near must be less than far";
     }
-    if (depth_mm[1] > 0 && request->disparity[1] != 0) {
+    if (depth_mm[1] > 0 && request->disparity[1] != INT_MIN) {
         return "near and far cannot be combined with disparity";
     }
     return NULL;
@@ -261,7 +261,7 @@ const char *reconstruct_request_check_search(struct reconstruct_request *request
     if (wrong != NULL) {
         return wrong;
     }
-    if (request->disparity[1] < 0 || (request->disparity[0] != 0 && request->disparity[1] == 0)) {
+    if (request->disparity[1] < 1 && request->disparity[1] != INT_MIN) {
         return "disparity MIN:COUNT is empty (COUNT must be at least 1)";
     }
     if (request->region_px[2] == 0 || request->region_px[3] == 0) {
@@ -311,6 +311,7 @@ static int check_lengths(const struct reconstruct_request *request, struct messa
 
 struct reconstruct_request reconstruct_request_defaults(void) {
     return (struct reconstruct_request){.scale = 1,
+                                        .disparity = {0, INT_MIN},
                                         .region_px = {0, 0, -1, -1},
                                         .unit = -1,
                                         .first_camera = -1,

@@ -20,7 +20,7 @@ struct reconstruct_request {
     int with_pair;             // pair at another zoom; 0: not given
     const char *calibration_path, *out_path;
     double depth_mm[2];  // nearest and farthest depth; 0 0: not given
-    int disparity[2];    // minimum, count; count 0: not given
+    int disparity[2];    // minimum, count; count INT_MIN: not given
     int region_px[4];    // x, y, width, height; width -1: not given
     double scale;
     int threads;  // 0: all processors

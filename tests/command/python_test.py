@@ -194,6 +194,7 @@ class Refused(Fixture):
     def test_words_are_those_of_the_command(self):
         for options, words in (({}, []), ({"rectified": True, "near_mm": 5}, ["--rectified", "--near", 5]),
                                ({"rectified": True, "disparity": (5, 0)}, ["--rectified", "--disparity", "5:0"]),
+                               ({"rectified": True, "disparity": (0, 0)}, ["--rectified", "--disparity", "0:0"]),
                                ({"calibration": self.left_path}, ["--calibration", self.left_path])):
             done = run_vergence("reconstruct", self.left_path, self.right_path, "--out", self.out, *words)
             reason = done.stderr.split(": ", 1)[1].split("; see")[0].strip()

@@ -326,6 +326,9 @@ class All(Reconstructing):
     def test_a_bad_pair_and_a_bad_session_stop_nothing(self):
         second = self.recorded("second", 1)
         self.recorded("third", 1)
+        newer = Session(self.sessions / "fourth")
+        newer.index = b""
+        newer.line("begin version=99 build=test profile=two-cameras date=2026-11-22T00:00:00Z")
         frames = [word[-8:] for word in (self.session / "session.index").read_text().split()
                   if word.startswith("left_frame=")]
         frame = self.session / f"frame-{frames[1]}.pnm"
@@ -334,15 +337,17 @@ class All(Reconstructing):
         index = (second / "session.index").read_bytes()
         (second / "session.index").write_bytes(b"nonsense")
         done = self.all(self.sessions, code=3)
-        self.assertEqual(done.stderr.count("\n"), 2, done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 3, done.stderr)
+        self.assertIn("fourth: a session of version 99 (this program reads up to 6", done.stderr)
         self.assertIn("vergence reconstruct: first/0002: ", done.stderr)
         self.assertIn("vergence reconstruct: second: ", done.stderr)
         self.assertIn("3 measured", done.stdout)
-        self.assertIn("2 failed", done.stdout)
+        self.assertIn("3 failed", done.stdout)
         self.assertEqual([row["result"] for row in self.rows()],
-                         ["first/0001", None, "first/0003", None, "third/0001"])
+                         ["first/0001", None, "first/0003", None, None, "third/0001"])
         frame.write_bytes(content)
         (second / "session.index").write_bytes(index)
+        shutil.rmtree(newer.path)
         self.assertIn("2 measured", self.all(self.sessions).stdout)
 
     def test_a_kill_keeps_what_is_finished(self):
