@@ -105,6 +105,9 @@ int read_request(vergence_result *made, const char *left, const char *right,
     } else if (made->request.out_path != nullptr) {
         *text = "--out is not an option of this call: write the result";
         return ERROR_ARGUMENT;
+    } else if (made->request.all) {
+        *text = "--all is not an option of this call: see vergence_pairs_list";
+        return ERROR_ARGUMENT;
     } else if (result_format_check(made->request.files, made->program.writers, &line) != ERROR_OK) {
         *text = line.text;
         return ERROR_ARGUMENT;
@@ -140,6 +143,7 @@ void choose_source(vergence_result *made, const vergence_calibration *calibratio
         session.path = made->request.session_path;
         session.number = static_cast<uint32_t>(made->request.pair);
         session.load_calibration = made->program.load_calibration;
+        session.loaded = calibration != nullptr ? &made->source : nullptr;
         session.missing = ": name a calibration";
         made->caller.read = reconstruct_session_read;
         made->caller.source = &session;
@@ -174,10 +178,6 @@ int reconstruct(const char *left, const char *right, const vergence_image *const
     const int refused = read_request(made.get(), left, right, calibration, options, &text);
     if (refused != ERROR_OK) {
         return library_fail(error, refused, text);
-    }
-    if (made->request.session_path != nullptr && calibration != nullptr) {
-        return library_fail(error, ERROR_UNSUPPORTED,
-                            "a session takes a calibration by the name of its file");
     }
     choose_source(made.get(), calibration);
     library_watch watch(observer);

@@ -217,6 +217,48 @@ VERGENCE_API int vergence_result_calibration(const vergence_result *result,
                                              vergence_calibration **calibration,
                                              struct vergence_error *error);
 
+/* ---- Many pairs ---- */
+
+/* The pairs of sessions and what became of each, as `vergence reconstruct --all` keeps it in
+ * pairs.json, for a program that distributes the work. One thread at a time. */
+typedef struct vergence_pairs vergence_pairs;
+
+struct vergence_pair {
+    const char *session; /* its path */
+    int number;          /* of the pair; 0: the session cannot be read (further) */
+    const char *name;    /* of the directory of its results, below the one of all */
+    int done;            /* 1: the results are there */
+    int kept;            /* 1: an earlier run made them, and this one would make the same */
+    const char *error;   /* why there are none; NULL: not known to fail */
+    size_t points;
+    int notes;
+    double depth_mm, sigma_mm; /* medians; NaN: none */
+    double seconds;
+};
+struct vergence_file {
+    const char *name;
+    const void *data;
+    size_t bytes;
+};
+/* `paths`: sessions or directories of sessions, up to NULL. `directory`: of the results. The rest
+ * as for vergence_reconstruct_files: all results depend on it. Free with vergence_pairs_free. */
+VERGENCE_API int vergence_pairs_list(const char *const *paths, const char *directory,
+                                     const vergence_calibration *calibration,
+                                     const char *const *options, vergence_pairs **pairs,
+                                     struct vergence_error *error);
+VERGENCE_API void vergence_pairs_free(vergence_pairs *pairs);
+VERGENCE_API size_t vergence_pairs_count(const vergence_pairs *pairs);
+/* `number`: 0 to count - 1. */
+VERGENCE_API void vergence_pairs_get(const vergence_pairs *pairs, size_t number,
+                                     struct vergence_pair *pair);
+/* Takes over what became of a pair, from `done` on but for `kept`, and saves pairs.json. */
+VERGENCE_API int vergence_pairs_set(vergence_pairs *pairs, size_t number,
+                                    const struct vergence_pair *pair, struct vergence_error *error);
+/* Writes a pair's files, which were made elsewhere, where its results belong: all or none. */
+VERGENCE_API int vergence_pairs_store(const vergence_pairs *pairs, size_t number,
+                                      const struct vergence_file *files, size_t count,
+                                      struct vergence_error *error);
+
 /* ---- Lengths and shapes ---- */
 
 /* `sigma`: one standard deviation. `sigma_common`: the part of it that all points share; < 0: not

@@ -27,34 +27,26 @@ struct all {
     struct progress *progress;
     struct workers *workers;
     struct pairs_table table;
-    int room;
     int name_width;
     struct message message;
 };
 
 // ---- which pairs
 
-static struct pairs_row *add_row(struct all *self, const char *session, const char *label,
+static struct pairs_row *add_row(struct pairs_table *table, const char *session, const char *label,
                                  uint32_t number) {
-    if (self->table.count == self->room) {
-        const int room = self->room > 0 ? 2 * self->room : 16;
-        struct pairs_row *rows = realloc(self->table.rows, (size_t)room * sizeof *rows);
-        if (rows == NULL) {
-            return NULL;
-        }
-        self->table.rows = rows;
-        self->room = room;
+    struct pairs_row *row = pairs_table_add(table);
+    if (row == NULL) {
+        return NULL;
     }
-    struct pairs_row *row = &self->table.rows[self->table.count++];
-    *row = (struct pairs_row){.number = number, .depth_mm = NAN, .sigma_mm = NAN};
+    row->number = number;
     snprintf(row->session, sizeof row->session, "%s", session);
     const char *slash = label[0] != '\0' && number > 0 ? "/" : "";
     char digits[16] = "";
     if (number > 0) {
         snprintf(digits, sizeof digits, "%04u", (unsigned)number);
     }
-    const int width = snprintf(row->name, sizeof row->name, "%s%s%s", label, slash, digits);
-    self->name_width = width > self->name_width ? width : self->name_width;
+    snprintf(row->name, sizeof row->name, "%s%s%s", label, slash, digits);
     return row;
 }
 
@@ -66,19 +58,20 @@ static void describe(const struct session_pairs *pairs, struct pairs_row *row) {
 }
 
 /// Adds the pairs of a session; what makes it unreadable is a row of its own, after them.
-static int add_session(struct all *self, const char *path, const char *label) {
+static int add_session(struct pairs_table *table, const char *path, const char *label,
+                       struct message *message) {
     struct session_reader reader;
     struct session_pairs *pairs = calloc(1, sizeof *pairs);
     if (pairs == NULL) {
-        return message_set(&self->message, ERROR_MEMORY, "%s: out of memory", path);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
-    struct message message = {.text = ""};
+    struct message wrong = {.text = ""};
     struct pairs_row *row = NULL;
     bool memory = true;
-    int got = session_reader_open(&reader, AT_FDCWD, path, &pairs->event, &message);
+    int got = session_reader_open(&reader, AT_FDCWD, path, &pairs->event, &wrong);
     if (got == ERROR_OK) {
-        while (memory && (got = session_pairs_next(pairs, &reader, &message)) == 1) {
-            row = add_row(self, path, label, pairs->count);
+        while (memory && (got = session_pairs_next(pairs, &reader, &wrong)) == 1) {
+            row = add_row(table, path, label, pairs->count);
             memory = row != NULL;
             if (memory) {
                 describe(pairs, row);
@@ -88,23 +81,24 @@ static int add_session(struct all *self, const char *path, const char *label) {
     }
     free(pairs);
     if (memory && got < 0) {
-        row = add_row(self, path, label, 0);
+        row = add_row(table, path, label, 0);
         memory = row != NULL;
         if (memory) {
             row->error = got;
-            row->message = message;
+            row->message = wrong;
         }
     }
-    return memory ? ERROR_OK : message_set(&self->message, ERROR_MEMORY, "%s: out of memory", path);
+    return memory ? ERROR_OK : message_set(message, ERROR_MEMORY, "%s: out of memory", path);
 }
 
-static int add_sessions(struct all *self, const char *directory) {
+static int add_sessions(struct pairs_table *table, const char *directory, struct message *message) {
     char **names = NULL;
     const int fd = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     const int count = fd >= 0 ? directory_names(fd, &names) : -1;
+    const int before = table->count;
     int error = ERROR_OK;
     if (count < 0) {
-        error = message_set(&self->message, ERROR_ARGUMENT, "%s: %s", directory, strerror(errno));
+        error = message_set(message, ERROR_ARGUMENT, "%s: %s", directory, strerror(errno));
     }
     if (fd >= 0) {
         close(fd);
@@ -113,13 +107,13 @@ static int add_sessions(struct all *self, const char *directory) {
         char path[SESSION_READ_PATH_BYTES];
         const int length = snprintf(path, sizeof path, "%s/%s", directory, names[i]);
         if (error == ERROR_OK && length < (int)sizeof path && session_pairs_here(path)) {
-            error = add_session(self, path, names[i]);
+            error = add_session(table, path, names[i], message);
         }
         free(names[i]);
     }
     free(names);
-    if (error == ERROR_OK && self->table.count == 0) {
-        error = message_set(&self->message, ERROR_ARGUMENT,
+    if (error == ERROR_OK && table->count == before) {
+        error = message_set(message, ERROR_ARGUMENT,
                             "%s: neither a session nor a directory of sessions", directory);
     }
     return error;
@@ -167,7 +161,8 @@ static void print_setting(FILE *stream, const struct command_argument *argument,
 }
 
 /// The program's version and the options that change results; of files also when they were written.
-static bool print_settings(const struct reconstruct_request *request, char **text) {
+static bool print_settings(const struct reconstruct_request *request, const char *more,
+                           char **text) {
     static const char others[] = " all out threads json quiet ";
     const struct reconstruct_request defaults = reconstruct_request_defaults();
     size_t length = 0;
@@ -183,8 +178,35 @@ static bool print_settings(const struct reconstruct_request *request, char **tex
             print_setting(stream, &reconstruct_arguments[i], request, &defaults);
         }
     }
+    fputs(more, stream);
     const bool failed = ferror(stream) != 0;
     return fclose(stream) == 0 && !failed;
+}
+
+int reconstruct_all_begin(const struct reconstruct_request *request, const char *const *paths,
+                          int count, const char *more, struct pairs_table *table,
+                          struct message *message) {
+    int error = ERROR_OK;
+    if (session_pairs_here(request->out_path)) {
+        return message_set(message, ERROR_BUFFER,
+                           "%s: is a session, which results do not belong into (name another "
+                           "directory)",
+                           request->out_path);
+    }
+    for (int i = 0; i < count && error == ERROR_OK; i++) {
+        const char *slash = strrchr(paths[i], '/');
+        error = !session_pairs_here(paths[i]) ? add_sessions(table, paths[i], message)
+                : count == 1
+                    ? add_session(table, paths[i], "", message)
+                    : add_session(table, paths[i], slash != NULL ? slash + 1 : paths[i], message);
+    }
+    if (error == ERROR_OK && !print_settings(request, more, &table->settings)) {
+        error = message_set(message, ERROR_MEMORY, "out of memory");
+    }
+    if (error == ERROR_OK) {
+        pairs_table_keep(table, request->out_path);
+    }
+    return error;
 }
 
 // ---- the work
@@ -304,23 +326,20 @@ static void print_end(const struct all *self, uint64_t begin_us) {
 }
 
 static int run(struct all *self) {
-    const char *path = self->request->session_path;
     const uint64_t begin_us = monotonic_now_us();
-    if (session_pairs_here(self->request->out_path)) {
-        return message_set(&self->message, ERROR_BUFFER,
-                           "%s: is a session, which results do not belong into (name another "
-                           "directory)",
-                           self->request->out_path);
-    }
-    int error = session_pairs_here(path) ? add_session(self, path, "") : add_sessions(self, path);
+    int error = reconstruct_all_begin(self->request, &self->request->session_path, 1, "",
+                                      &self->table, &self->message);
     if (error != ERROR_OK) {
         return error;
     }
     self->workers = workers_create(self->request->threads);
-    if (self->workers == NULL || !print_settings(self->request, &self->table.settings)) {
+    if (self->workers == NULL) {
         return message_set(&self->message, ERROR_MEMORY, "out of memory");
     }
-    pairs_table_keep(&self->table, self->request->out_path);
+    for (int i = 0; i < self->table.count; i++) {
+        const int width = (int)strlen(self->table.rows[i].name);
+        self->name_width = width > self->name_width ? width : self->name_width;
+    }
     if (!self->request->json && !self->request->quiet) {
         printf("%-*s  %9s  %9s  %8s  %7s  %5s\n", self->name_width, "pair", "points", "depth mm",
                "sigma mm", "seconds", "notes");
@@ -348,7 +367,6 @@ int reconstruct_all_run(const struct reconstruct_program *program,
         fprintf(stderr, "vergence reconstruct: %s\n", self.message.text);
     }
     workers_destroy(self.workers);
-    free(self.table.settings);
-    free(self.table.rows);
+    pairs_table_free(&self.table);
     return error;
 }

@@ -9,10 +9,19 @@
 #include "daemon/cli/progress.h"
 #include "daemon/surface/reconstruct_job.h"
 #include "daemon/surface/reconstruct_session.h"
+#include "daemon/surface/result/pairs_table.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/// Fills the zeroed table: all pairs of the sessions, or directories of sessions, at `paths`, with
+/// what an earlier run has made of them. `more`: what the results depend on besides the request.
+/// Of several paths a session's results go to OUT/scene/0003, too. The table is to be freed in any
+/// case. 0, or errors with `message` set.
+int reconstruct_all_begin(const struct reconstruct_request *request, const char *const *paths,
+                          int count, const char *more, struct pairs_table *table,
+                          struct message *message);
 
 /// Runs it with the request's session and output directory, and prints the table. `session` has
 /// the members that do not depend on the pair; `progress` is what `caller` shows. Returns 0 if all

@@ -236,7 +236,7 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
     return error;
 }
 
-static int copy_calibration(const struct reconstruct_request *request,
+int reconstruct_inputs_copy(const struct reconstruct_request *request,
                             const struct reconstruct_source *source,
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message) {
@@ -305,7 +305,7 @@ int reconstruct_inputs_read(void *self, const struct reconstruct_request *reques
     }
     inputs->left.request = inputs->right.request = NULL;  // only valid during this call
     error = source->calibration != NULL
-                ? copy_calibration(request, source, inputs, context, message)
+                ? reconstruct_inputs_copy(request, source, inputs, context, message)
                 : reconstruct_inputs_calibrate(request, source->program->load_calibration, inputs,
                                                context, message);
     if (error == ERROR_OK && request->calibration_path != NULL) {

@@ -46,6 +46,12 @@ int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
                                  calibration_loader *load, struct reconstruct_inputs *inputs,
                                  struct reconstruct_context *context, struct message *message);
 
+/// Likewise, the calibration in memory that `source` has.
+int reconstruct_inputs_copy(const struct reconstruct_request *request,
+                            const struct reconstruct_source *source,
+                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                            struct message *message);
+
 /// For functions `read` of a caller: fits the calibration named `name` to the images in memory,
 /// which may have been shrunk while reading. A calibration for images of their present size is used
 /// unchanged. ERROR_SIZE_MISMATCH and others with `message` set.

@@ -362,10 +362,7 @@ int reconstruct_request_read(int argc, char **argv, struct reconstruct_request *
     *request = reconstruct_request_defaults();
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
-    int error = options_read(&page, argc, argv, request, operands, &operand_count, message);
-    if (error == ERROR_OK && request->all) {
-        error = message_set(message, ERROR_ARGUMENT, "--all is an option of the program only");
-    }
+    const int error = options_read(&page, argc, argv, request, operands, &operand_count, message);
     return error != ERROR_OK ? error : complete(request, operands, operand_count, message);
 }
 

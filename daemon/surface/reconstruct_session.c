@@ -59,8 +59,10 @@ static int read_calibration(struct reconstruct_session *self,
     if (self->zoom == NULL && (request->calibration_path != NULL || request->rectified)) {
         snprintf(self->calibration_name, sizeof self->calibration_name, "%s",
                  request->calibration_path != NULL ? request->calibration_path : "");
-        return reconstruct_inputs_calibrate(request, self->load_calibration, inputs, context,
-                                            message);
+        return self->loaded != NULL
+                   ? reconstruct_inputs_copy(request, self->loaded, inputs, context, message)
+                   : reconstruct_inputs_calibrate(request, self->load_calibration, inputs, context,
+                                                  message);
     }
     const int error = read_text(self, calibration, message);
     if (error != ERROR_OK) {
@@ -282,7 +284,8 @@ static int adjust(struct reconstruct_session *self, const struct reconstruct_req
     const struct pair *const pairs[2] = {&self->pair.pair, &self->with_pair};
     struct zoom_state states[2];
     const int count = request->with_pair > 0 ? 2 : 1;
-    int error = find_zoom(self, request, message);
+    // A loaded one is of one zoom.
+    int error = self->loaded == NULL ? find_zoom(self, request, message) : ERROR_OK;
     if (error == ERROR_OK && self->zoom == NULL) {
         return refuse_one_zoom(self, request, message);
     }

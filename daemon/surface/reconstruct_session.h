@@ -34,6 +34,8 @@ struct reconstruct_session {
     const char *missing;      // advice if there is no calibration: how to get one
     /// Loads the calibration that a request names; NULL if requests never name one.
     calibration_loader *load_calibration;
+    /// Has a calibration in place of the file that the request names; NULL: none.
+    const struct reconstruct_source *loaded;
     const struct adjust_target *target;  // as in reconstruct_adjust_scene; NULL: none
     int stored_error;                    // error of reading the saved one; 0: none is saved
 

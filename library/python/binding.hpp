@@ -107,6 +107,9 @@ struct result {
     std::unique_ptr<vergence_result, result_deleter> owner;
 };
 
+/// pairs.cpp: adds the table of many pairs to the module.
+void bind_pairs(nb::module_ &m);
+
 template <class Object, class Note>
 std::vector<std::string> notes_of(const Object *object, const Note &note) {
     std::vector<std::string> all;

@@ -369,6 +369,7 @@ NB_MODULE(_vergence, m) {
         .def("distance", distance)
         .def("plane", plane, "mask"_a.none())
         .def("cylinder", cylinder, "mask"_a.none());
+    binding::bind_pairs(m);
     m.def("load", load);
     m.def("parse", parse);
     m.def("calibrate", calibrate, "words"_a, "progress"_a.none());

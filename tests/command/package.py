@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Python package over the shared library of the build: its one C++ file and nanobind's are compiled, as
+"""The Python package over the shared library of the build: its C++ files and nanobind's are compiled, as
 `pip install .` does with everything (repository/wheel_test.py)."""
 import fcntl
 import os
@@ -55,12 +55,13 @@ def build():
     with open(folder / "lock", "w", encoding="ascii") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         warnings = ("-Wall", "-Wextra", "-Wshadow", "-Werror")
-        for name, options in ((source / "nb_combined.cpp", ()),
-                              (BUILD / "source/library/python/module.cpp", warnings)):
+        ours = [BUILD / "source/library/python" / name for name in ("module.cpp", "pairs.cpp")]
+        for name, options in [(source / "nb_combined.cpp", ()), *((name, warnings) for name in ours)]:
             run("ccache", "g++", *FLAGS, *options, *(flag.replace("-I", "-isystem") if "nanobind" in flag or
                                                      "python" in flag else flag for flag in includes),
                 "-c", name, "-o", folder / (name.stem + ".o"), env=environment)
-        run("g++", "-shared", "-o", package / "_vergence.abi3.so", folder / "module.o", folder / "nb_combined.o",
+        run("g++", "-shared", "-o", package / "_vergence.abi3.so", *(folder / f"{name.stem}.o" for name in ours),
+            folder / "nb_combined.o",
             f"-L{LIBRARY}", "-lvergence", f"-Wl,-rpath,{LIBRARY}")
         for file in (SOURCE / "library/python/vergence").iterdir():
             link = package / file.name

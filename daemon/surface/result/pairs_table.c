@@ -20,6 +20,27 @@
 
 enum { TABLE_VERSION = 1, TABLE_MAX_BYTES = 64 << 20 };
 
+struct pairs_row *pairs_table_add(struct pairs_table *self) {
+    if (self->count == self->room) {
+        const int room = self->room > 0 ? 2 * self->room : 16;
+        struct pairs_row *rows = realloc(self->rows, (size_t)room * sizeof *rows);
+        if (rows == NULL) {
+            return NULL;
+        }
+        self->rows = rows;
+        self->room = room;
+    }
+    struct pairs_row *row = &self->rows[self->count++];
+    *row = (struct pairs_row){.depth_mm = NAN, .sigma_mm = NAN};
+    return row;
+}
+
+void pairs_table_free(struct pairs_table *self) {
+    free(self->settings);
+    free(self->rows);
+    *self = (struct pairs_table){0};
+}
+
 static void print_row(struct json *json, const struct pairs_row *row) {
     json_open_object(json, NULL);
     json_text(json, "session", row->session);

@@ -36,8 +36,13 @@ struct pairs_row {
 struct pairs_table {
     char *settings;  // what all results depend on besides their pairs; allocated, as the rows
     struct pairs_row *rows;
-    int count;
+    int count, room;
 };
+
+/// Appends a row without results; NULL: out of memory.
+struct pairs_row *pairs_table_add(struct pairs_table *self);
+
+void pairs_table_free(struct pairs_table *self);
 
 /// Prints the document; the stream's error indicator shows whether it was written.
 void pairs_table_print(const struct pairs_table *self, FILE *stream);

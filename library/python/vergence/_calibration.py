@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _vergence
 from ._errors import ArgumentError, Error
-from ._words import Bar, PathLike, Progress, path_of, words_of
+from ._words import Bar, PathLike, Progress, operand_of, path_of, words_of
 
 
 class Calibration:
@@ -84,12 +84,12 @@ class Calibration:
 
     def save(self, path: PathLike) -> None:
         """Writes our own text; an existing file is replaced once the new one is whole."""
-        self._handle.save(os.fspath(path))
+        self._handle.save(path_of("path", path))
 
     def export(self, format: str, directory: PathLike) -> None:
         """Files of another program ("opencv", "ros", "kalibr", "mrcal") into a directory, which is created
         if missing."""
-        self._handle.export(format, os.fspath(directory))
+        self._handle.export(format, path_of("directory", directory))
 
     def __repr__(self) -> str:
         width, height = self.size
@@ -108,7 +108,7 @@ def load_calibration(path: PathLike, *, size: Optional[tuple[int, int]] = None, 
     pairs (KITTI: 0 grey, 2 colour). at: of a calibration of all zooms, the state, as in
     "zoom=421,distance=1800"."""
     words = words_of({"size": "x"}, size=size, unit=unit, rectified=rectified, first_camera=first_camera, at=at)
-    return Calibration(_vergence.load(os.fspath(path), words))
+    return Calibration(_vergence.load(path_of("path", path), words))
 
 
 def calibrate(pictures: Union[PathLike, list[PathLike]], *, board: str, square_mm: float,
@@ -125,10 +125,10 @@ def calibrate(pictures: Union[PathLike, list[PathLike]], *, board: str, square_m
     The result may not be good: see its `good` and `verdict`."""
     operands = pictures if isinstance(pictures, (list, tuple)) else [pictures]
     words = words_of({}, board=board, square=square_mm, charuco=charuco, marker=marker_mm, model=model,
-                     out=None if out is None else os.fspath(out),
-                     corners=None if corners is None else os.fspath(corners), threads=threads)
+                     out=None if out is None else path_of("out", out),
+                     corners=None if corners is None else path_of("corners", corners), threads=threads)
     with Bar(progress) as bar:
-        return Calibration(_vergence.calibrate([path_of(one) for one in operands] + words, bar.call))
+        return Calibration(_vergence.calibrate([operand_of("pictures", one) for one in operands] + words, bar.call))
 
 
 def _matrix(name: str, value: Any, shapes: tuple[tuple[int, ...], ...]) -> np.ndarray:

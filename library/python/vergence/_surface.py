@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Optional, Union
 
@@ -12,7 +13,7 @@ import numpy as np
 from . import _vergence
 from ._calibration import Calibration
 from ._errors import ArgumentError
-from ._words import Bar, PathLike, Progress, words_of
+from ._words import Bar, PathLike, Progress, path_of, words_of
 
 #: Texts of the values of `Surface.reason`; 0 is "valid".
 REASONS: tuple[str, ...] = _vergence.reasons
@@ -229,7 +230,7 @@ class Surface:
         words = words_of({}, files=files, triangles=triangles, error=error_mm, compress=compress,
                          mesh_unit=mesh_unit)
         with Bar(progress) as bar:
-            self._handle.write(os.fspath(out), words, bar.call)
+            self._handle.write(path_of("out", out), words, bar.call)
 
     def to_open3d(self) -> Any:
         """An open3d.geometry.TriangleMesh in mm; requires the package open3d."""
@@ -247,6 +248,14 @@ class Surface:
         height, width = self.shape
         share = np.count_nonzero(self.reason == 0) / (height * width)
         return f"<Surface {width} x {height} px, {100 * share:.1f} % measured, {len(self.notes)} notes>"
+
+
+def option_words(*, refine: bool = True, **options: Any) -> list[str]:
+    """Options of `reconstruct` as those of the command line, which have no units in their names."""
+    if options.get("debug") is not None:
+        options["debug"] = path_of("debug", options["debug"])
+    named = {re.sub("_(mm|px|size)$", "", name): value for name, value in options.items()}
+    return words_of(_SEPARATORS, no_refine=not refine, **named)
 
 
 def _is_path(image: Any) -> bool:
@@ -313,17 +322,16 @@ def reconstruct(left: Any, right: Any = None, calibration: Union[None, Calibrati
     depend on it. The other options are those of the command line ("vergence help reconstruct").
 
     The GIL is released; Ctrl-C ends it within a second. Raises `NoSurfaceError`, `ArgumentError`, `Error`."""
-    words = words_of(_SEPARATORS, near=near_mm, far=far_mm, disparity=disparity, region=region, scale=scale,
-                     preset=preset, no_refine=not refine, keep_all=keep_all, fill=fill, speckle=speckle_px,
-                     rectified=rectified, focal=focal_px, baseline=baseline_mm, unit=unit,
-                     first_camera=first_camera, raw=raw_size, pair=pair, with_pair=with_pair,
-                     accept_mismatch=accept_mismatch, threads=threads,
-                     debug=None if debug is None else os.fspath(debug))
+    words = option_words(near_mm=near_mm, far_mm=far_mm, disparity=disparity, region=region, scale=scale,
+                         preset=preset, refine=refine, keep_all=keep_all, fill=fill, speckle_px=speckle_px,
+                         rectified=rectified, focal_px=focal_px, baseline_mm=baseline_mm, unit=unit,
+                         first_camera=first_camera, raw_size=raw_size, pair=pair, with_pair=with_pair,
+                         accept_mismatch=accept_mismatch, threads=threads, debug=debug)
     rig = None
     if isinstance(calibration, Calibration):
         rig = calibration._handle
     elif calibration is not None:
-        words += ["--calibration", os.fspath(calibration)]
+        words += ["--calibration", path_of("calibration", calibration)]
     with Bar(progress) as bar:
         if _is_path(left) and (right is None or _is_path(right)):
             words += words_of({}, bayer=bayer, bits=bits)

@@ -7,14 +7,26 @@ import sys
 from collections.abc import Callable
 from typing import Any, Optional, Union
 
+from ._errors import ArgumentError
+
 PathLike = Union[str, "os.PathLike[str]"]
 # None: a bar where tqdm is installed and standard error is a terminal. A callable gets the stage and the
 # share of the whole that is done, 0 to 1.
 Progress = Union[None, bool, Callable[[str, float], None]]
 
 
-def path_of(path: PathLike) -> str:
-    return os.path.abspath(os.fspath(path)) if os.fspath(path).startswith("-") else os.fspath(path)
+def path_of(name: str, path: PathLike) -> str:
+    """`name`: the argument's, for errors."""
+    try:
+        return os.fsdecode(path)
+    except TypeError:
+        raise ArgumentError("ARGUMENT", f"{name} is {path!r} (expected the name of a file)") from None
+
+
+def operand_of(name: str, path: PathLike) -> str:
+    """A path among options."""
+    text = path_of(name, path)
+    return os.path.abspath(text) if text.startswith("-") else text
 
 
 def plain(value: Any) -> Any:
@@ -52,6 +64,8 @@ class Bar:
         if callable(progress):
             self.call = progress
             return
+        if progress not in (None, True, False):
+            raise ArgumentError("ARGUMENT", f"progress is {progress!r} (expected a function, True, False or None)")
         if progress is False or (progress is None and not sys.stderr.isatty()):
             return
         try:
