@@ -13,6 +13,20 @@
 #include "stereo/match/state.h"
 #include "stereo/match/tuning.h"
 
+// Adds up pairs, in place. Piece by piece: compilers do not vectorize it where both share memory.
+static void halve_sums(int half, uint16_t *box) {
+    enum { PIECE = 128 };
+    for (int begin = 0; begin < half; begin += PIECE) {
+        uint16_t sum[PIECE];
+        const uint16_t *restrict from = box + (ptrdiff_t)2 * begin;
+        const int count = half - begin < PIECE ? half - begin : PIECE;
+        for (int x = 0; x < count; x++) {
+            sum[x] = (uint16_t)(from[2 * x] + from[2 * x + 1]);
+        }
+        memcpy(box + begin, sum, (size_t)count * sizeof *sum);
+    }
+}
+
 /// Means of rectangles of 2^shift_x columns and 2^shift_y rows, into `width` pixels, from pixels
 // that are `pitch` bytes apart. `box` has room for a full row.
 MATCH_INLINE void scale_row(const struct image_u8 *image, int y, int shift_x, int shift_y,
@@ -32,9 +46,7 @@ MATCH_INLINE void scale_row(const struct image_u8 *image, int y, int shift_x, in
         box[x] = (uint16_t)(box[x] >> early);
     }
     for (int half = length / 2, i = 0; i < shift_x; i++, half /= 2) {
-        for (int x = 0; x < half; x++) {
-            box[x] = (uint16_t)(box[2 * x] + box[2 * x + 1]);
-        }
+        halve_sums(half, box);
     }
     const int down = shift_x + shift_y - early;
     for (int x = 0; x < width; x++) {
@@ -212,44 +224,48 @@ static const struct match_comparison *census_of(const struct match_level *level)
                                                          : match_finest_census;
 }
 
-// The bits of a plane that compare a channel.
-static uint8_t compared_bits(const struct match_level *level, int plane, int channel) {
-    int bits = 0;
-    for (int i = 0; i < 8; i++) {
-        const int own = census_of(level)[8 * plane + i].channel;
-        const int compared = level->state->compares_colour ? own : MATCH_GREY;
-        bits |= compared == channel ? 1 << i : 0;
-    }
-    return (uint8_t)bits;
+// What the features of a level take from a channel.
+struct channel_use {
+    int channel;
+    uint8_t bits[MATCH_CENSUS_PLANES];  // of each plane of the census
+    uint32_t positions;  // of the window, by MATCH_CENSUS_SIDE * row + column; 0: none
+};
+
+static uint32_t position_bit(int row, int column) {
+    return 1u << (MATCH_CENSUS_SIDE * row + column);
 }
 
-static bool is_compared(const struct match_level *level, int channel) {
-    int bits = 0;
-    for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
-        bits |= compared_bits(level, plane, channel);
+static struct channel_use use_of(const struct match_level *level, int channel) {
+    struct channel_use use = {.channel = channel};
+    for (int i = 0; i < 8 * MATCH_CENSUS_PLANES; i++) {
+        const struct match_comparison *one = &census_of(level)[i];
+        if ((level->state->compares_colour ? one->channel : MATCH_GREY) == channel) {
+            use.bits[i / 8] = (uint8_t)(use.bits[i / 8] | 1 << i % 8);
+            use.positions |= position_bit(one->row, one->column) |
+                             position_bit(one->other_row, one->other_column);
+        }
     }
-    return bits != 0;
+    for (int row = 1; row <= 3 && channel == MATCH_GREY; row++) {
+        use.positions |= position_bit(row, 1) | position_bit(row, 3);  // of the gradient
+    }
+    return use;
 }
 
 // The features of `width` pixels from x_begin on that a window of a channel gives: its part of the
 // census (R. Zabih and J. Woodfill, ECCV 1994), and Sobel's gradient along the row of grey.
 static void compare_window(const struct match_level *level, uint8_t *const window[], int pitch,
-                           int channel, int x_begin, int width,
+                           const struct channel_use *use, int width,
                            const struct match_features *features) {
     for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
-        const uint8_t bits = compared_bits(level, plane, channel);
-        if (bits != 0) {
-            census_plane(window, pitch, census_of(level) + 8 * plane, bits, width,
-                         features->census[plane] + x_begin);
+        if (use->bits[plane] != 0) {
+            census_plane(window, pitch, census_of(level) + 8 * plane, use->bits[plane], width,
+                         features->census[plane]);
         }
     }
-    if (channel == MATCH_GREY) {
-        gradient_row(window, pitch, width, features->gradient + x_begin);
+    if (use->channel == MATCH_GREY) {
+        gradient_row(window, pitch, width, features->gradient);
     }
 }
-
-// Pixels of a channel around those of a tile, by row, column and pixel.
-typedef uint8_t tile_support[MATCH_CENSUS_SIDE][MATCH_CENSUS_SIDE][MATCH_TILE_COLUMNS];
 
 // Where the left image shows what the right one shows `i` columns and `j` rows from a pixel on the
 // tile's surface: in 1/256 columns from the left pixel, at most 12 columns away.
@@ -262,49 +278,80 @@ static int support_q8(const struct match_tile *tile, int i, int j) {
     return (right * DISPARITY_ONE + scale / 2 + POSITIVE * scale) / scale - POSITIVE;
 }
 
-// The support of `columns` left pixels of a tile from x_begin on, in the middle one of five padded
-// rows, sheared like the tile's surface: the left pixels that show what the right image shows in a
-// square around the matching pixel.
+enum { SUPPORT_PIXELS = MATCH_ROWS_ABREAST * MATCH_TILE_COLUMNS };
+
+// Pixels of a channel around those of a tile in some rows, by row and column of the window.
+typedef uint8_t tile_support[MATCH_CENSUS_SIDE * MATCH_CENSUS_SIDE][SUPPORT_PIXELS];
+
+// The support of a tile's pixels from x_begin on, in the middle rows of rows + 4 padded ones,
+// sheared like the tile's surface: the left pixels that show what the right image shows in a square
+// around the matching pixel.
 static void shear_support(uint8_t *const source[], const struct match_tile *tile, int x_begin,
-                          int columns, tile_support support) {
-    INVARIANT(columns > 0 && columns <= MATCH_TILE_COLUMNS);
-    for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
-        for (int i = 0; i < MATCH_CENSUS_SIDE; i++) {
-            const int at_q8 = support_q8(tile, i - MATCH_CENSUS_RADIUS, j - MATCH_CENSUS_RADIUS);
-            INVARIANT(at_q8 >= -MATCH_SOURCE_PAD * DISPARITY_ONE &&
-                      at_q8 < (MATCH_SOURCE_PAD - 1) * DISPARITY_ONE);
-            const uint8_t *restrict from = source[j] + MATCH_SOURCE_PAD + x_begin + (at_q8 >> 8);
-            const uint16_t share = (uint16_t)(at_q8 & 0xff);
-            uint8_t *restrict to = support[j][i];
+                          int columns, int rows, uint32_t positions, tile_support support) {
+    for (int i = 0; i < MATCH_CENSUS_SIDE * MATCH_CENSUS_SIDE; i++) {
+        if ((positions >> i & 1) == 0) {
+            continue;
+        }
+        const int j = i / MATCH_CENSUS_SIDE;
+        const int at_q8 =
+            support_q8(tile, i % MATCH_CENSUS_SIDE - MATCH_CENSUS_RADIUS, j - MATCH_CENSUS_RADIUS);
+        INVARIANT(at_q8 >= -MATCH_SHEAR_MAX * DISPARITY_ONE &&
+                  at_q8 < MATCH_SHEAR_MAX * DISPARITY_ONE);
+        const uint16_t share = (uint16_t)(at_q8 & 0xff);
+        const uint16_t rest = (uint16_t)(256 - share);
+        for (int r = 0; r < rows; r++) {
+            const uint8_t *restrict from =
+                source[r + j] + MATCH_SOURCE_PAD + x_begin + (at_q8 >> 8);
+            uint8_t *restrict to = support[i] + r * MATCH_TILE_COLUMNS;
             for (int c = 0; c < columns; c++) {
-                to[c] = (uint8_t)((from[c] * (256 - share) + from[c + 1] * share + 128) >> 8);
+                const uint16_t sum = (uint16_t)(from[c] * rest + from[c + 1] * share + 128);
+                to[c] = (uint8_t)(sum >> 8);
             }
         }
     }
 }
 
-// The features of a row that a channel gives, from five padded rows. In tiles that follow a slope
+// Copies the features of a tile's pixels in some rows from or to the `lines`.
+static void copy_features(const struct match_line *lines, int x_begin, int rows, bool back,
+                          const struct match_features *tile) {
+    for (int i = 0; i <= MATCH_CENSUS_PLANES; i++) {
+        uint8_t *here = i < MATCH_CENSUS_PLANES ? tile->census[i] : tile->gradient;
+        for (int r = 0; r < rows; r++, here += MATCH_TILE_COLUMNS) {
+            const struct match_features *left = &lines[r].cost.left;
+            uint8_t *line = (i < MATCH_CENSUS_PLANES ? left->census[i] : left->gradient) + x_begin;
+            memcpy(back ? line : here, back ? here : line, MATCH_TILE_COLUMNS);
+        }
+    }
+}
+
+// The features of some rows that a channel gives, from padded rows. In tiles that follow a slope
 // the support is sheared; `tiles` is NULL in the right image.
 static void compare_channel(const struct match_level *level, const struct match_tile *tiles,
-                            uint8_t *const source[], int channel,
-                            const struct match_features *features) {
+                            uint8_t *const source[], const struct channel_use *use, int rows,
+                            const struct match_line *lines) {
     uint8_t *window[MATCH_CENSUS_SIDE];
-    for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
-        window[j] = source[j] + MATCH_SOURCE_PAD - MATCH_CENSUS_RADIUS;
+    for (int r = 0; r < rows; r++) {
+        for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
+            window[j] = source[r + j] + MATCH_SOURCE_PAD - MATCH_CENSUS_RADIUS;
+        }
+        compare_window(level, window, 1, use, level->width, &lines[r].cost.left);
     }
-    compare_window(level, window, 1, channel, 0, level->width, features);
     for (int t = 0; tiles != NULL && t < level->tiles; t++) {
         if (tiles[t].slope_down == 0 && tiles[t].slope_along == 0) {
             continue;
         }
         const int x = t * MATCH_TILE_COLUMNS;
-        const int columns = match_tile_columns(level, t);
         tile_support support;
-        shear_support(source, &tiles[t], x, columns, support);
+        shear_support(source, &tiles[t], x, match_tile_columns(level, t), rows, use->positions,
+                      support);
         for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
-            window[j] = support[j][0];
+            window[j] = support[MATCH_CENSUS_SIDE * j];
         }
-        compare_window(level, window, MATCH_TILE_COLUMNS, channel, x, columns, features);
+        uint8_t pixels[MATCH_CENSUS_PLANES + 1][SUPPORT_PIXELS];
+        const struct match_features features = {{pixels[0], pixels[1], pixels[2]}, pixels[3]};
+        copy_features(lines, x, rows, false, &features);
+        compare_window(level, window, SUPPORT_PIXELS, use, rows * MATCH_TILE_COLUMNS, &features);
+        copy_features(lines, x, rows, true, &features);
     }
 }
 
@@ -363,13 +410,13 @@ static void view_features(const struct match_level *level, const struct image_vi
                           int y_begin, int rows) {
     for (int channel = 0; channel < MATCH_CHANNELS; channel++) {
         const bool steps = tiles != NULL && has_coloured_steps(level) == (channel != MATCH_GREY);
-        if (!steps && channel != MATCH_GREY && !is_compared(level, channel)) {
+        const struct channel_use use = use_of(level, channel);
+        if (!steps && use.positions == 0) {
             continue;
         }
         channel_rows(level, view, channel, y_begin, rows, scratch);
-        for (int r = 0; r < rows && is_compared(level, channel); r++) {
-            compare_channel(level, tiles, scratch->source + r, channel,
-                            &scratch->line[r].cost.left);
+        if (use.positions != 0) {
+            compare_channel(level, tiles, scratch->source, &use, rows, scratch->line);
         }
         if (steps) {
             raise_step_rows(level, scratch, y_begin, rows);

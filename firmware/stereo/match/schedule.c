@@ -82,6 +82,7 @@ static void *carve(struct block *block, size_t count, size_t element_bytes) {
 static void carve_cost(const struct match_level *level, int rows, struct block *block,
                        struct match_scratch *scratch) {
     const size_t width = (size_t)level->width;
+    const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
     const size_t right = (size_t)level->right_length;
     for (int j = 0; j < MATCH_SOURCE_ROWS; j++) {
         scratch->source[j] = carve(block, width + 2 * MATCH_SOURCE_PAD, 1);
@@ -89,10 +90,10 @@ static void carve_cost(const struct match_level *level, int rows, struct block *
     for (int r = 0; r < rows; r++) {
         struct match_line *line = &scratch->line[r];
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
-            line->cost.left.census[plane] = carve(block, width, 1);
+            line->cost.left.census[plane] = carve(block, columns, 1);
             line->cost.right.census[plane] = carve(block, right, 1);
         }
-        line->cost.left.gradient = carve(block, width, 1);
+        line->cost.left.gradient = carve(block, columns, 1);
         line->cost.right.gradient = carve(block, right, 1);
         line->cost.forward = carve(block, width + 2, sizeof(match_share));
         line->cost.backward = carve(block, width, sizeof(match_share));

@@ -51,7 +51,8 @@ enum {
     MATCH_MAX_LEVELS = 7,
     MATCH_SHIFT_MAX = 8,    // largest shift of a level's columns or rows: see match_set_levels
     MATCH_MASS_ONE = 512,   // masses of recursive averages are in 1/512, below 10 each
-    MATCH_SOURCE_PAD = 16,  // columns before and after a row that is compared
+    MATCH_SHEAR_MAX = 15,   // columns by which a support may be sheared
+    MATCH_SOURCE_PAD = 32,  // columns before and after a row that is compared: a tile's and those
     MATCH_CENSUS_SIDE = 2 * MATCH_CENSUS_RADIUS + 1,
 };
 
