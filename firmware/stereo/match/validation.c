@@ -25,13 +25,19 @@ enum {
     SHARE_BLOCKS = 2,
 };
 
+struct sums {
+    uint16_t textured, strong, seen, accepted;
+};
+
 // One thread's rows of blocks, and its memory.
 struct part {
     int begin, end;
-    uint16_t *smooth[SLOPE_ROWS];  // rows y - 2, y and y + 2, smoothed by (1 2 1) both ways
-    uint8_t *near_depth_edge;      // whether a depth edge is near, by column
-    uint32_t *along, *upright;     // sums of squared slopes, by block of a row
-    uint32_t *slopes;              // numbers of slopes, by block of a row
+    uint16_t *smooth[SLOPE_ROWS];     // rows y - 2, y and y + 2, smoothed by (1 2 1) both ways
+    uint8_t *near_depth_edge;         // whether a depth edge is near, by column
+    uint32_t *along, *upright;        // sums of squared slopes, by block of a row
+    uint32_t *slopes;                 // numbers of slopes, by block of a row
+    struct sums *column;              // over some rows of blocks, by block of a row
+    struct sums *near, *share, *far;  // over blocks around each of a row
 };
 
 struct block {
@@ -64,11 +70,17 @@ static int block_end(int block, int size) {
     return (block + 1) * BLOCK < size ? (block + 1) * BLOCK : size;
 }
 
+static inline uint16_t smoothed(const uint8_t *const row[3], int before, int x, int after) {
+    return (uint16_t)(row[0][before] + 2 * row[0][x] + row[0][after] +
+                      2 * (row[1][before] + 2 * row[1][x] + row[1][after]) + row[2][before] +
+                      2 * row[2][x] + row[2][after]);
+}
+
 // Sixteen times row y of the left image, smoothed; beyond its valid pixels the ends are repeated.
 static void smooth_row(const struct match_input *input, int y, uint16_t *smooth) {
     const int width = input->left.width;
     const int height = input->left.height;
-    const uint8_t *restrict row[3];
+    const uint8_t *row[3];
     int begin = 0;
     int end = width;
     for (int j = 0; j < 3; j++) {
@@ -79,21 +91,16 @@ static void smooth_row(const struct match_input *input, int y, uint16_t *smooth)
             end = input->left_span[at].end < end ? input->left_span[at].end : end;
         }
     }
-    memset(smooth, 0, (size_t)(width + 2 * PAD) * sizeof *smooth);
     if (end - begin < 3) {
+        memset(smooth, 0, (size_t)(width + 2 * PAD) * sizeof *smooth);
         return;
     }
     uint16_t *restrict to = smooth + PAD;
-    for (int x = begin; x < end; x++) {
-        to[x] = (uint16_t)(row[0][x] + 2 * row[1][x] + row[2][x]);
+    to[begin] = smoothed(row, begin, begin, begin + 1);
+    for (int x = begin + 1; x < end - 1; x++) {
+        to[x] = smoothed(row, x - 1, x, x + 1);
     }
-    uint16_t before = to[begin];
-    for (int x = begin; x < end; x++) {
-        const uint16_t here = to[x];
-        const uint16_t after = x + 1 < end ? to[x + 1] : here;
-        to[x] = (uint16_t)(before + 2 * here + after);
-        before = here;
-    }
+    to[end - 1] = smoothed(row, end - 2, end - 1, end - 1);
     for (int x = -PAD; x < begin; x++) {
         to[x] = to[begin];
     }
@@ -165,20 +172,18 @@ static void classify_texture(const struct block_check *check, const struct part 
     block->strong = slopes > 0 && along >= TUNE_STRONG_SIGNAL * noise;
 }
 
-static void count_pixels(const struct match_output *output, int y, struct block *blocks) {
-    const uint8_t *restrict reason = image_u8_row(&output->reason, y);
-    const int width = output->reason.width;
-    for (int begin = 0; begin < width; begin += BLOCK) {
-        const int end = begin + BLOCK < width ? begin + BLOCK : width;
-        uint8_t seen = 0;
-        uint8_t accepted = 0;
-        for (int x = begin; x < end; x++) {
-            seen = (uint8_t)(seen + (reason[x] != REASON_BORDER));
-            accepted = (uint8_t)(accepted + (reason[x] == REASON_VALID));
-        }
-        blocks[begin / BLOCK].seen = (uint8_t)(blocks[begin / BLOCK].seen + seen);
-        blocks[begin / BLOCK].accepted = (uint8_t)(blocks[begin / BLOCK].accepted + accepted);
-    }
+_Static_assert(BLOCK == sizeof(uint64_t), "the pixels of a row of a block are read at once");
+static const uint64_t EACH_BYTE = UINT64_MAX / UINT8_MAX;
+
+// 1 in each of eight bytes that differs from `value`.
+static uint64_t differing(uint64_t bytes, uint8_t value) {
+    const uint64_t low = EACH_BYTE * 0x7f;
+    const uint64_t difference = bytes ^ EACH_BYTE * value;
+    return (((difference & low) + low) | difference) >> 7 & EACH_BYTE;
+}
+
+static uint8_t sum_of_bytes(uint64_t bytes) {
+    return (uint8_t)(bytes * EACH_BYTE >> 56);
 }
 
 static struct block *block_row_of(const struct block_check *check, int block_row) {
@@ -188,10 +193,23 @@ static struct block *block_row_of(const struct block_check *check, int block_row
 static void count_row(const struct block_check *check, int block_row) {
     INVARIANT(block_row >= 0 && block_row < check->block_rows);
     struct block *blocks = block_row_of(check, block_row);
-    memset(blocks, 0, (size_t)check->blocks * sizeof *blocks);
-    const int begin = block_row * BLOCK;
-    for (int y = begin; y < begin + BLOCK && y < check->output->reason.height; y++) {
-        count_pixels(check->output, y, blocks);
+    const struct image_u8 *reason = &check->output->reason;
+    const int y_end = block_end(block_row, reason->height);
+    for (int b = 0; b < check->blocks; b++) {
+        const int columns = block_end(b, reason->width) - b * BLOCK;
+        uint64_t seen = 0, accepted = 0;
+        for (int y = block_row * BLOCK; y < y_end; y++) {
+            const uint8_t *from = image_u8_row(reason, y) + b * BLOCK;
+            uint64_t pixels = EACH_BYTE * REASON_BORDER;
+            if (columns == BLOCK) {
+                memcpy(&pixels, from, BLOCK);  // a single read
+            } else {
+                memcpy(&pixels, from, (size_t)columns);
+            }
+            seen += differing(pixels, REASON_BORDER);
+            accepted += EACH_BYTE - differing(pixels, REASON_VALID);
+        }
+        blocks[b] = (struct block){.seen = sum_of_bytes(seen), .accepted = sum_of_bytes(accepted)};
     }
 }
 
@@ -222,37 +240,51 @@ static void measure_row(const struct block_check *check, struct part *part, int 
     }
 }
 
-// Of a block and those up to `far` away.
-struct sums {
-    int textured, strong, seen, accepted;
-};
-
-static struct sums sums_around(const struct block_check *check, int block_row, int b, int far) {
-    const int row_last = clamped(block_row + far, check->block_rows);
-    const int last = clamped(b + far, check->blocks);
-    struct sums sums = {0};
-    for (int r = clamped(block_row - far, check->block_rows); r <= row_last; r++) {
-        const struct block *blocks = block_row_of(check, r);
-        for (int i = clamped(b - far, check->blocks); i <= last; i++) {
-            sums.textured += blocks[i].textured;
-            sums.strong += blocks[i].strong;
-            sums.seen += blocks[i].seen;
-            sums.accepted += blocks[i].accepted;
+// Sums over rows of blocks, from the first one on and below the second one, by column.
+static void sum_columns(const struct block_check *check, int row_begin, int row_end,
+                        struct sums *restrict column) {
+    memset(column, 0, (size_t)check->blocks * sizeof *column);
+    for (int r = row_begin; r < row_end; r++) {
+        const struct block *restrict blocks = block_row_of(check, r);
+        for (int b = 0; b < check->blocks; b++) {
+            column[b].textured = (uint16_t)(column[b].textured + blocks[b].textured);
+            column[b].strong = (uint16_t)(column[b].strong + blocks[b].strong);
+            column[b].seen = (uint16_t)(column[b].seen + blocks[b].seen);
+            column[b].accepted = (uint16_t)(column[b].accepted + blocks[b].accepted);
         }
     }
-    INVARIANT(sums.accepted <= sums.seen);
-    return sums;
 }
 
-// Accepted pixels around, in 1/255 of those that both cameras may see.
-static int share_of(const struct sums *around) {
-    return around->seen > 0 ? UINT8_MAX * around->accepted / around->seen : 0;
+// Sums over each block of a row and those up to `far` away, both ways.
+static void sum_around(const struct block_check *check, const struct part *part, int block_row,
+                       int far, struct sums *around) {
+    sum_columns(check, clamped(block_row - far, check->block_rows),
+                clamped(block_row + far, check->block_rows) + 1, part->column);
+    for (int b = 0; b < check->blocks; b++) {
+        const int last = clamped(b + far, check->blocks);
+        struct sums sums = {0};
+        for (int i = clamped(b - far, check->blocks); i <= last; i++) {
+            sums.textured = (uint16_t)(sums.textured + part->column[i].textured);
+            sums.strong = (uint16_t)(sums.strong + part->column[i].strong);
+            sums.seen = (uint16_t)(sums.seen + part->column[i].seen);
+            sums.accepted = (uint16_t)(sums.accepted + part->column[i].accepted);
+        }
+        INVARIANT(sums.accepted <= sums.seen);
+        around[b] = sums;
+    }
+}
+
+// Accepted pixels, in 1/255 of those that both cameras may see.
+static int share_of(int accepted, int seen) {
+    return seen > 0 ? UINT8_MAX * accepted / seen : 0;
 }
 
 // Where texture is faint noise makes correct winners expensive, but others around are accepted.
-static void accept_costly(const struct block_check *check, int block_row, int b) {
-    const struct sums around = sums_around(check, block_row, b, SHARE_BLOCKS);
-    if (share_of(&around) < TUNE_SHARE_ANY_COST) {
+static void accept_costly(const struct block_check *check, int block_row, int b,
+                          const struct sums *around) {
+    const struct block *itself = &block_row_of(check, block_row)[b];
+    if (itself->accepted == itself->seen ||
+        share_of(around->accepted, around->seen) < TUNE_SHARE_ANY_COST) {
         return;
     }
     struct match_output *output = check->output;
@@ -272,19 +304,19 @@ static void accept_costly(const struct block_check *check, int block_row, int b)
     }
 }
 
-// The first rule that rejects a block, or MATCH_RULES.
-static enum match_measure failed_rule(const struct block_check *check, int block_row, int b) {
-    const struct sums around = sums_around(check, block_row, b, SHARE_BLOCKS);
-    const int share = share_of(&around);
-    const bool near_texture =
-        sums_around(check, block_row, b, NEAR_BLOCKS).textured >= TUNE_TEXTURED_NEAR;
-    const bool sloped = block_row_of(check, block_row)[b].sloped != 0;
-    const struct sums itself = sums_around(check, block_row, b, 0);
-    const int own = share_of(&itself);
+// The first rule that rejects a block, or MATCH_RULES. The sums of column b are those around it.
+static enum match_measure failed_rule(const struct block_check *check, const struct part *part,
+                                      int block_row, int b) {
+    const struct sums *around = &part->share[b];
+    const int share = share_of(around->accepted, around->seen);
+    const bool near_texture = part->near[b].textured >= TUNE_TEXTURED_NEAR;
+    const struct block *itself = &block_row_of(check, block_row)[b];
+    const bool sloped = itself->sloped != 0;
+    const int own = share_of(itself->accepted, itself->seen);
     const int edge_share = own > share ? own : share;
-    const bool coarse = check->coarse && around.strong < TUNE_STRONG_COARSE;
+    const bool coarse = check->coarse && around->strong < TUNE_STRONG_COARSE;
     const int values[MATCH_RULES] = {
-        [MATCH_TEXTURE] = sums_around(check, block_row, b, FAR_BLOCKS).textured,
+        [MATCH_TEXTURE] = part->far[b].textured,
         [MATCH_SHARE] = near_texture || sloped ? UINT8_MAX : share,
         [MATCH_SHARE_EDGE] = sloped && !near_texture ? edge_share : UINT8_MAX,
         [MATCH_SHARE_COARSE] = coarse ? share : UINT8_MAX,
@@ -333,6 +365,13 @@ static int hidden_end(const uint16_t *smooth, uint64_t noise, int width, int x) 
     return at;
 }
 
+// Whether the next eight pixels are.
+static bool are_accepted(const uint8_t *reason) {
+    uint64_t pixels;
+    memcpy(&pixels, reason, sizeof pixels);
+    return pixels == EACH_BYTE * REASON_VALID;
+}
+
 // What an object hides has no match. Where it has no texture along the row either, the nearest
 // contrast decides: the object's outline, which gives it the object's disparity.
 void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, uint8_t *reason) {
@@ -341,6 +380,11 @@ void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, u
     bool after_accepted = true;  // keeps a hidden area from beginning at column 0
     int end = 0;
     for (int x = 0; x < width; x++) {
+        // Nothing changes within accepted pixels that follow an accepted one.
+        while (after_accepted && x >= end && width - x > BLOCK && are_accepted(reason + x)) {
+            occluded = (uint16_t)(occluded << BLOCK);
+            x += BLOCK;
+        }
         const bool is_occluded = reason[x] == REASON_OCCLUDED;
         const bool accepted = reason[x] == REASON_VALID;
         if (accepted && !after_accepted && x >= end &&
@@ -364,9 +408,11 @@ static void count_part(void *context, int index) {
 
 static void accept_part(void *context, int index) {
     const struct block_check *check = context;
-    for (int r = check->part[index].begin; r < check->part[index].end; r++) {
+    const struct part *part = &check->part[index];
+    for (int r = part->begin; r < part->end; r++) {
+        sum_around(check, part, r, SHARE_BLOCKS, part->share);
         for (int b = 0; b < check->blocks; b++) {
-            accept_costly(check, r, b);
+            accept_costly(check, r, b, &part->share[b]);
         }
     }
 }
@@ -381,15 +427,19 @@ static void measure_part(void *context, int index) {
 
 static void reject_part(void *context, int index) {
     const struct block_check *check = context;
-    for (int r = check->part[index].begin; r < check->part[index].end; r++) {
+    const struct part *part = &check->part[index];
+    for (int r = part->begin; r < part->end; r++) {
+        sum_around(check, part, r, SHARE_BLOCKS, part->share);
+        sum_around(check, part, r, NEAR_BLOCKS, part->near);
+        sum_around(check, part, r, FAR_BLOCKS, part->far);
         for (int b = 0; b < check->blocks; b++) {
-            const enum match_measure failed = failed_rule(check, r, b);
+            const enum match_measure failed = failed_rule(check, part, r, b);
             if (failed != MATCH_RULES) {
                 reject(check, r, b, match_rules[failed].reason);
             }
         }
         for (int y = r * BLOCK; y < (r + 1) * BLOCK && y < check->output->reason.height; y++) {
-            uint16_t *smooth = check->part[index].smooth[0];
+            uint16_t *smooth = part->smooth[0];
             smooth_row(check->input, y, smooth);
             match_reject_hidden(smooth + PAD, check->noise_q8, check->output->reason.width,
                                 image_u8_row(&check->output->reason, y));
@@ -418,6 +468,10 @@ static void take_blocks(struct match_memory *memory, int width, int height,
         part->along = match_take(memory, blocks, sizeof *part->along);
         part->upright = match_take(memory, blocks, sizeof *part->upright);
         part->slopes = match_take(memory, blocks, sizeof *part->slopes);
+        part->column = match_take(memory, blocks, sizeof *part->column);
+        part->near = match_take(memory, blocks, sizeof *part->near);
+        part->share = match_take(memory, blocks, sizeof *part->share);
+        part->far = match_take(memory, blocks, sizeof *part->far);
     }
 }
 
