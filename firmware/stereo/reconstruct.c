@@ -5,10 +5,10 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "stereo/develop.h"
 #include "stereo/fill.h"
 #include "stereo/match/match.h"
 #include "stereo/mesh.h"
+#include "stereo/pictures.h"
 #include "stereo/row_residual.h"
 #include "stereo/surface.h"
 
@@ -18,8 +18,7 @@ enum {
     // Fewer valid pixels than this share are chance. Swapped images, or images of different scenes,
     // leave up to 7 % (measured); matching pairs more than 85 %.
     SURFACE_SHARE = 10,
-    // Raw rows that are developed at a time.
-    STRIP_ROWS = 128,
+    RECTIFY_ROWS = 64,  // rows between two reports of progress
 };
 
 const char *reconstruct_stage_text(enum reconstruct_stage stage) {
@@ -51,11 +50,10 @@ struct run {
     const struct parallel *parallel;
     struct arena *arena;
     struct reconstruct_result *result;
-    struct develop_balance balance;
-    int32_t *coordinates_q16;  // 2 * width values per part
+    struct pictures *pictures;
     uint64_t stage_begin_us;
-    uint64_t develop_us;  // time spent on developing while rectifying
-    size_t peak_bytes;    // peak of the stages before
+    uint64_t pictures_us;  // spent on pictures before the stage
+    size_t peak_bytes;     // peak of the stages before
 };
 
 static int smaller(int a, int b) {
@@ -77,20 +75,44 @@ static bool report(const struct run *run, enum reconstruct_stage stage, int done
            environment->progress(environment->self, stage, done, total);
 }
 
+// Time spent so far on pictures, which any stage may ask for.
+static uint64_t pictures_us(const struct run *run) {
+    return run->pictures == NULL ? 0 : run->pictures->develop_us + run->pictures->rectify_us;
+}
+
 static int begin_stage(struct run *run, enum reconstruct_stage stage) {
     run->stage_begin_us = now_us(run->environment);
+    run->pictures_us = pictures_us(run);
     run->peak_bytes = larger(run->peak_bytes, run->arena->peak_bytes);
     run->arena->peak_bytes = run->arena->used_bytes;
     return report(run, stage, 0, 1) ? ERROR_OK : ERROR_CANCELLED;
 }
 
 static int end_stage(struct run *run, enum reconstruct_stage stage, int error) {
-    run->result->stage_us[stage] = now_us(run->environment) - run->stage_begin_us;
+    run->result->stage_us[stage] =
+        now_us(run->environment) - run->stage_begin_us - (pictures_us(run) - run->pictures_us);
     run->result->stage_peak_bytes[stage] = run->arena->peak_bytes;
     if (error != ERROR_OK) {
         return error;
     }
     return report(run, stage, 1, 1) ? ERROR_OK : ERROR_CANCELLED;
+}
+
+// Whether the pictures are made again, row by row, by each stage that reads them. Filling looks at
+// all of the left one.
+static bool has_rings(const struct reconstruct_options *options) {
+    return options->remake_pictures && !options->fill;
+}
+
+// Rows of a picture that are in memory.
+static int picture_rows(const struct rectify_plan *plan, const struct reconstruct_options *options,
+                        int threads) {
+    if (!has_rings(options)) {
+        return plan->height_px;
+    }
+    const struct match_options match = reconstruct_match_options(plan, options);
+    return smaller(match_rows_kept(plan->width_px, plan->height_px, &match, threads),
+                   plan->height_px);
 }
 
 static bool take_u8(struct arena *arena, int width, int height, struct image_u8 *image) {
@@ -99,32 +121,43 @@ static bool take_u8(struct arena *arena, int width, int height, struct image_u8 
     return image->data != NULL;
 }
 
-static bool take_rgb8(struct arena *arena, int width, int height, struct image_rgb8 *image) {
-    *image = (struct image_rgb8){arena_take(arena, (size_t)width * (size_t)height, 3), width,
-                                 height, (ptrdiff_t)3 * width};
-    return image->data != NULL;
+// The pictures of a side, of which `rows` are in memory.
+static bool take_side(const struct run *run, int rows, struct picture_side *side) {
+    const int width = run->result->plan.width_px;
+    const int height = run->result->plan.height_px;
+    const int ring_rows = rows < height ? rows : 0;
+    const size_t pixels = (size_t)width * (size_t)rows;
+    side->span = arena_take(run->arena, (size_t)height, sizeof *side->span);
+    side->grey =
+        (struct image_u8){arena_take(run->arena, pixels, 1), width, height, width, ring_rows};
+    side->colour = (struct image_rgb8){arena_take(run->arena, pixels, 3), width, height,
+                                       (ptrdiff_t)3 * width, ring_rows};
+    return side->span != NULL && side->grey.data != NULL && side->colour.data != NULL;
 }
 
-// If the surface is recomputed, only the matcher reads the right image in colour, and its memory is
-// then sigma's.
-static bool take_right_colour_and_sigma(const struct run *run) {
+static bool take_pictures(struct run *run) {
     struct reconstruct_result *result = run->result;
-    const int width = result->plan.width_px;
-    const int height = result->plan.height_px;
-    const bool keep = !run->options->recompute_surface;
-    const bool lend = !keep && run->raw[1]->layout != RAW_GREY;
-    if ((keep || lend) && !take_rgb8(run->arena, width, height, &result->right_colour)) {
+    const int rows = picture_rows(&result->plan, run->options, run->parallel->threads);
+    run->pictures = arena_take(run->arena, 1, sizeof *run->pictures);
+    if (run->pictures == NULL) {
         return false;
     }
-    void *sigma = result->right_colour.data;
-    if (!lend) {
-        sigma = arena_take(run->arena, (size_t)width * (size_t)height, sizeof(uint16_t));
-    }
-    result->sigma_q8 = (struct image_u16){sigma, width, height, width};
-    return sigma != NULL;
+    *run->pictures = (struct pictures){.side = {{.raw = *run->raw[0]}, {.raw = *run->raw[1]}},
+                                       .parallel = run->parallel,
+                                       .now_us = run->environment->now_us,
+                                       .clock = run->environment->self};
+    struct picture_side *side = run->pictures->side;
+    const bool taken = take_side(run, rows, &side[0]) && take_side(run, rows, &side[1]);
+    result->left = side[0].grey;
+    result->right = side[1].grey;
+    result->left_colour = side[0].colour;
+    result->right_colour = side[1].colour;
+    result->left_span = side[0].span;
+    result->right_span = side[1].span;
+    return taken;
 }
 
-static bool take_images(const struct run *run) {
+static bool take_maps(const struct run *run) {
     struct arena *arena = run->arena;
     struct reconstruct_result *result = run->result;
     const int width = result->plan.width_px;
@@ -132,171 +165,84 @@ static bool take_images(const struct run *run) {
     INVARIANT(width >= MATCH_MIN_WIDTH_PX && height >= MATCH_MIN_HEIGHT_PX);
     const size_t pixels = (size_t)width * (size_t)height;
     struct match_output *match = &result->match;
-    result->left_span = arena_take(arena, (size_t)height, sizeof *result->left_span);
-    result->right_span = arena_take(arena, (size_t)height, sizeof *result->right_span);
     match->disparity_q8 =
         (struct image_i32){arena_take(arena, pixels, sizeof(int32_t)), width, height, width};
-    return take_right_colour_and_sigma(run) && take_u8(arena, width, height, &result->left) &&
-           take_u8(arena, width, height, &result->right) &&
-           take_rgb8(arena, width, height, &result->left_colour) &&
-           take_u8(arena, width, height, &match->reason) &&
-           take_u8(arena, width, height, &match->confidence) && match->disparity_q8.data != NULL &&
-           result->left_span != NULL && result->right_span != NULL;
+    return take_u8(arena, width, height, &match->reason) &&
+           take_u8(arena, width, height, &match->confidence) && match->disparity_q8.data != NULL;
 }
 
-static size_t images_need_bytes(int width, int height, bool keep_right_colour) {
-    const size_t pixels = (size_t)width * (size_t)height;
-    return 2 * arena_need_bytes((size_t)height, sizeof(struct rectify_span)) +
-           4 * arena_need_bytes(pixels, 1) + 2 * arena_need_bytes(pixels, 3) +
-           arena_need_bytes(pixels, sizeof(int32_t)) +
-           (keep_right_colour ? arena_need_bytes(pixels, sizeof(uint16_t)) : 0);
-}
-
-size_t reconstruct_need_bytes(int raw_width_px, const struct rectify_plan *plan,
-                              const struct reconstruct_options *options, int threads) {
-    const size_t raw_width = (size_t)raw_width_px;
-    const size_t valid = (size_t)plan->width_px * (size_t)plan->height_px;
-    const struct match_options match = reconstruct_match_options(plan, options);
-    const size_t threads_count = (size_t)threads;
-    const size_t developing =
-        arena_need_bytes(raw_width * STRIP_ROWS, 1) + arena_need_bytes(raw_width * STRIP_ROWS, 3) +
-        develop_need_bytes(raw_width_px, 16, threads) + rectify_table_need_bytes(plan) +
-        arena_need_bytes((size_t)plan->height_px, sizeof(struct rectify_extent)) +
-        arena_need_bytes(threads_count * 2 * (size_t)plan->width_px, sizeof(int32_t));
-    size_t largest = larger(developing, match_need_bytes(plan->width_px, &match, threads));
-    largest = larger(largest, subpixel_need_bytes(plan->width_px, plan->height_px, threads));
-    largest = larger(largest, row_residual_need_bytes());
-    largest = larger(largest, fill_need_bytes(plan->width_px, plan->height_px));
-    largest = larger(largest, surface_need_bytes(plan->width_px, plan->height_px,
-                                                 options->recompute_surface ? 0 : valid));
-    return images_need_bytes(plan->width_px, plan->height_px, !options->recompute_surface) +
-           largest;
-}
-
-// One side being rectified: the raw image passes in strips, so that little of it is developed at a
-// time.
-struct side {
-    const struct run *run;
-    struct rectify_table table;
-    struct rectify_extent *extent;  // one for each row
-    struct rectify_strip strip;
-    struct rectify_span *span;
-    struct image_u8 *grey;
-    struct image_rgb8 *colour;  // has no data if not wanted
-};
-
-static void part_rows(const struct run *run, int index, int *begin, int *end) {
-    const int64_t height = run->result->plan.height_px;
-    *begin = (int)(height * index / run->parallel->threads);
-    *end = (int)(height * (index + 1) / run->parallel->threads);
-}
-
-static int32_t *part_coordinates(const struct run *run, int index) {
-    return run->coordinates_q16 + (size_t)index * 2 * (size_t)run->result->plan.width_px;
-}
-
-static void begin_part(void *context, int index) {
-    const struct side *side = context;
-    const size_t width = (size_t)side->run->result->plan.width_px;
-    int begin, end;
-    part_rows(side->run, index, &begin, &end);
-    for (int y = begin; y < end; y++) {
-        side->extent[y] = rectify_row_extent(&side->table, y, part_coordinates(side->run, index));
-        side->span[y] = side->extent[y].span;
-        memset(image_u8_row(side->grey, y), 0, width);
-        if (side->colour->data != NULL) {
-            memset(image_rgb8_row(side->colour, y), 0, 3 * width);
-        }
-    }
-}
-
-static void strip_part(void *context, int index) {
-    const struct side *side = context;
-    int begin, end;
-    part_rows(side->run, index, &begin, &end);
-    for (int y = begin; y < end; y++) {
-        uint8_t *colour = side->colour->data != NULL ? image_rgb8_row(side->colour, y) : NULL;
-        rectify_row_strip(&side->table, &side->strip, &side->extent[y], y,
-                          image_u8_row(side->grey, y), colour, part_coordinates(side->run, index));
-    }
-}
-
-static bool take_side(struct run *run, struct side *side, int raw_width) {
-    const size_t threads = (size_t)run->parallel->threads;
-    const size_t width = (size_t)run->result->plan.width_px;
-    side->extent =
-        arena_take(run->arena, (size_t)run->result->plan.height_px, sizeof *side->extent);
-    run->coordinates_q16 =
-        arena_take(run->arena, threads * 2 * width, sizeof *run->coordinates_q16);
-    return take_u8(run->arena, raw_width, STRIP_ROWS, &side->strip.grey) &&
-           take_rgb8(run->arena, raw_width, STRIP_ROWS, &side->strip.colour) &&
-           side->extent != NULL && run->coordinates_q16 != NULL;
-}
-
-// Develops and rectifies strip by strip; each begins with the last row of the one before.
-static int pass_strips(struct run *run, struct side *side, const struct develop_state *develop,
-                       int done) {
-    const int height = develop->raw->height_px;
-    run->parallel->run(run->parallel->self, begin_part, side, run->parallel->threads);
-    for (int begin = 0; begin == 0 || begin < height - 1; begin += STRIP_ROWS - 1) {
-        struct rectify_strip *strip = &side->strip;
-        const uint64_t begin_us = now_us(run->environment);
-        strip->begin = begin;
-        strip->end = smaller(begin + STRIP_ROWS, height);
-        strip->grey.height = strip->colour.height = strip->end - begin;
-        develop_rows(develop, run->parallel, begin, &strip->grey, &strip->colour);
-        run->develop_us += now_us(run->environment) - begin_us;
-        run->parallel->run(run->parallel->self, strip_part, side, run->parallel->threads);
-        if (!report(run, RECONSTRUCT_RECTIFY, done + strip->end, 2 * height)) {
-            return ERROR_CANCELLED;
-        }
-    }
-    return ERROR_OK;
-}
-
-static int rectify_side(struct run *run, struct side *side, enum rectify_side which) {
-    const struct raw_image *raw = run->raw[which];
-    struct develop_state develop;
-    if (!take_side(run, side, raw->width_px)) {
-        return ERROR_MEMORY;
-    }
-    int error =
-        rectify_table_make(&run->result->plan, run->calibration, which, run->arena, &side->table);
-    if (error == ERROR_OK) {
-        error = develop_begin(&develop, raw, &run->balance, run->parallel->threads, run->arena);
-    }
-    return error != ERROR_OK
-               ? error
-               : pass_strips(run, side, &develop, which == RECTIFY_LEFT ? 0 : raw->height_px);
-}
-
-static int rectify(struct run *run) {
+// After matching, whose own memory it takes over.
+static bool take_sigma(const struct run *run) {
     struct reconstruct_result *result = run->result;
-    struct side sides[2] = {{.run = run,
-                             .span = result->left_span,
-                             .grey = &result->left,
-                             .colour = &result->left_colour},
-                            {.run = run,
-                             .span = result->right_span,
-                             .grey = &result->right,
-                             .colour = &result->right_colour}};
-    int error = ERROR_OK;
-    for (int side = 0; side < 2 && error == ERROR_OK; side++) {
-        const size_t mark = arena_mark(run->arena);
-        error = rectify_side(run, &sides[side], side == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT);
-        arena_release(run->arena, mark);
+    const int width = result->plan.width_px;
+    const int height = result->plan.height_px;
+    const size_t pixels = (size_t)width * (size_t)height;
+    result->sigma_q8 =
+        (struct image_u16){arena_take(run->arena, pixels, sizeof(uint16_t)), width, height, width};
+    return result->sigma_q8.data != NULL;
+}
+
+static size_t maps_need_bytes(const struct rectify_plan *plan) {
+    const size_t pixels = (size_t)plan->width_px * (size_t)plan->height_px;
+    return 2 * arena_need_bytes(pixels, 1) + arena_need_bytes(pixels, sizeof(int32_t));
+}
+
+size_t reconstruct_need_bytes(const struct calibration *calibration, int bits,
+                              const struct rectify_plan *plan,
+                              const struct reconstruct_options *options, int threads) {
+    const int width = plan->width_px;
+    const int height = plan->height_px;
+    const size_t valid = (size_t)width * (size_t)height;
+    const size_t pixels = (size_t)width * (size_t)picture_rows(plan, options, threads);
+    const struct match_options match = reconstruct_match_options(plan, options);
+    const size_t making = pictures_need_bytes(plan, calibration, bits, threads);
+    const size_t images = 2 * (arena_need_bytes(pixels, 1) + arena_need_bytes(pixels, 3) +
+                               arena_need_bytes((size_t)height, sizeof(struct rectify_span))) +
+                          arena_need_bytes(1, sizeof(struct pictures)) +
+                          (has_rings(options) ? making : 0);
+    size_t after = subpixel_need_bytes(width, height, threads);
+    after = larger(after, row_residual_need_bytes());
+    after = larger(after, options->fill ? fill_need_bytes(width, height) : 0);
+    after =
+        larger(after, surface_need_bytes(width, height, options->recompute_surface ? 0 : valid));
+    after += arena_need_bytes(valid, sizeof(uint16_t));
+    const size_t before =
+        larger(has_rings(options) ? 0 : making, match_need_bytes(width, &match, threads));
+    return maps_need_bytes(plan) + images + larger(before, after);
+}
+
+static void rows_of(void *self, int begin, int end) {
+    pictures_rows(self, begin, end);
+}
+
+// Prepares the pictures, and makes them if they are kept.
+static int rectify(struct run *run) {
+    const int height = run->result->plan.height_px;
+    const size_t mark = arena_mark(run->arena);
+    int error = pictures_begin(run->pictures, &run->result->plan, run->calibration, run->arena);
+    if (error != ERROR_OK || has_rings(run->options)) {
+        return error;
     }
+    for (int y = 0; y < height && error == ERROR_OK; y += RECTIFY_ROWS) {
+        const int end = smaller(y + RECTIFY_ROWS, height);
+        pictures_rows(run->pictures, y, end);
+        error = report(run, RECONSTRUCT_RECTIFY, end, height) ? ERROR_OK : ERROR_CANCELLED;
+    }
+    arena_release(run->arena, mark);
     return error;
 }
 
-static struct match_input match_input_of(const struct reconstruct_result *result) {
+static struct match_input match_input_of(const struct run *run) {
+    const struct reconstruct_result *result = run->result;
     return (struct match_input){.left = result->left,
                                 .right = result->right,
                                 .left_span = result->left_span,
                                 .right_span = result->right_span,
                                 .resampled = !result->plan.identity,
                                 .left_colour = result->left_colour,
-                                .right_colour = result->right_colour};
+                                .right_colour = result->right_colour,
+                                .rows = has_rings(run->options) ? rows_of : NULL,
+                                .self = run->pictures};
 }
 
 static bool match_band_done(void *self, int rows_done, int rows) {
@@ -306,7 +252,7 @@ static bool match_band_done(void *self, int rows_done, int rows) {
 static int match(struct run *run) {
     struct reconstruct_result *result = run->result;
     const struct match_options options = reconstruct_match_options(&result->plan, run->options);
-    const struct match_input input = match_input_of(result);
+    const struct match_input input = match_input_of(run);
     // A view of the rest of the arena, to measure the matcher's own peak.
     struct arena rest;
     arena_init(&rest, run->arena->base + run->arena->used_bytes,
@@ -320,15 +266,15 @@ static int match(struct run *run) {
     result->match_peak_bytes = rest.peak_bytes;
     const size_t peak = run->arena->used_bytes + rest.peak_bytes;
     run->arena->peak_bytes = larger(run->arena->peak_bytes, peak);
-    if (run->options->recompute_surface) {
-        result->right_colour = (struct image_rgb8){0};
-    }
     return error;
 }
 
 static int refine(struct run *run) {
     struct reconstruct_result *result = run->result;
-    const struct match_input input = match_input_of(result);
+    if (!take_sigma(run)) {
+        return ERROR_MEMORY;
+    }
+    const struct match_input input = match_input_of(run);
     if (run->options->refine) {
         const int error =
             subpixel_fit(&input, run->parallel, run->arena, &result->match, &result->sigma_q8);
@@ -370,21 +316,32 @@ static bool surface_found(const struct reconstruct_result *result) {
 }
 
 static int images_stages(struct run *run) {
-    int error = begin_stage(run, RECONSTRUCT_DEVELOP);
-    if (error == ERROR_OK) {
-        // One balance for both, as both see the same scene in the same light.
-        run->balance = develop_balance_of(run->raw[0]);
-        error = end_stage(run, RECONSTRUCT_DEVELOP, ERROR_OK);
+    const int error = begin_stage(run, RECONSTRUCT_RECTIFY);
+    return error == ERROR_OK ? end_stage(run, RECONSTRUCT_RECTIFY, rectify(run)) : error;
+}
+
+// What is in rings is gone. The left picture in colour can be made again by who asks for its rows.
+static void end_pictures(struct run *run) {
+    struct reconstruct_result *result = run->result;
+    struct pictures *pictures = run->pictures;
+    if (pictures == NULL) {
+        return;
     }
-    if (error == ERROR_OK) {
-        error = begin_stage(run, RECONSTRUCT_RECTIFY);
+    result->stage_us[RECONSTRUCT_DEVELOP] += pictures->develop_us;
+    result->stage_us[RECONSTRUCT_RECTIFY] += pictures->rectify_us;
+    pictures->now_us = NULL;
+    if (has_rings(run->options)) {
+        pictures->sides = 1;
+        result->pictures = pictures;
+        result->left.data = result->right.data = result->right_colour.data = NULL;
     }
-    if (error == ERROR_OK) {
-        error = end_stage(run, RECONSTRUCT_RECTIFY, rectify(run));
-        run->result->stage_us[RECONSTRUCT_DEVELOP] += run->develop_us;
-        run->result->stage_us[RECONSTRUCT_RECTIFY] -= run->develop_us;
+}
+
+const uint8_t *reconstruct_colour_row(const struct reconstruct_result *result, int y) {
+    if (result->pictures != NULL) {
+        pictures_rows(result->pictures, y, y + 1);
     }
-    return error;
+    return image_rgb8_row(&result->left_colour, y);
 }
 
 // The search is wider than the requested range: whole disparities, and more where few would give
@@ -427,7 +384,7 @@ static int all_stages(struct run *run) {
         enum reconstruct_stage stage;
         int (*run)(struct run *run);
     } matching[] = {{RECONSTRUCT_MATCH, match}, {RECONSTRUCT_REFINE, refine}};
-    if (!take_images(run)) {
+    if (!take_maps(run) || !take_pictures(run)) {
         return ERROR_MEMORY;
     }
     int error = images_stages(run);
@@ -476,6 +433,7 @@ int reconstruct_run(const struct raw_image *left, const struct raw_image *right,
                       .result = result};
     run.parallel = run.environment->parallel == NULL ? &parallel_serial : run.environment->parallel;
     const int error = all_stages(&run);
+    end_pictures(&run);
     arena->peak_bytes = larger(arena->peak_bytes, run.peak_bytes);
     result->arena_peak_bytes = arena->peak_bytes;
     return error;

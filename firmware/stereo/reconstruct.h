@@ -21,9 +21,10 @@ struct reconstruct_options reconstruct_default_options(void);
 struct match_options reconstruct_match_options(const struct rectify_plan *plan,
                                                const struct reconstruct_options *options);
 
-/// Upper bound of the memory that `reconstruct_run` needs for raw images of this width under
-/// `plan`.
-size_t reconstruct_need_bytes(int raw_width_px, const struct rectify_plan *plan,
+/// Upper bound of the memory that `reconstruct_run` needs under `plan` for raw images of so many
+/// bits a pixel. `plan` comes from `rectify_plan_make` with the same calibration.
+size_t reconstruct_need_bytes(const struct calibration *calibration, int bits,
+                              const struct rectify_plan *plan,
                               const struct reconstruct_options *options, int threads);
 
 /// Runs all stages. `plan` comes from `rectify_plan_make` with the same calibration.
@@ -34,6 +35,10 @@ int reconstruct_run(const struct raw_image *left, const struct raw_image *right,
                     const struct reconstruct_options *options,
                     const struct reconstruct_environment *environment, struct arena *arena,
                     struct reconstruct_result *result);
+
+/// Row y of the rectified left image in colour, 3 * width bytes, valid until the next call. If
+/// pictures are made again so is the row: the raw pixels and `parallel` of the run must live.
+const uint8_t *reconstruct_colour_row(const struct reconstruct_result *result, int y);
 
 #ifdef __cplusplus
 }

@@ -57,7 +57,9 @@ struct reconstruct_options {
     bool refine;             // sub-pixel refinement and predicted sigma
     bool skip_rows;          // do not measure the residual of the rows
     int32_t max_gap_q8;      // see mesh.h
-    bool recompute_surface;  // keep no points, triangles and right colours: see surface.h
+    bool recompute_surface;  // keep no points and triangles: see surface.h
+    bool remake_pictures;    // keep rows of the pictures only, and make them again for each stage
+                             // that reads them; not together with `fill`, which reads all
     const struct match_kernels *kernels;  // see match.h
 };
 
@@ -66,9 +68,11 @@ struct reconstruct_result {
     struct rectify_plan plan;
     uint32_t calibration_crc;
 
-    struct image_u8 left, right;                  // rectified, grey
+    struct pictures *pictures;    // makes rows of the pictures again: reconstruct_colour_row. NULL:
+                                  // all are there; else the other pictures have no data
+    struct image_u8 left, right;  // rectified, grey
     struct image_rgb8 left_colour;                // rectified; grey input gives equal channels
-    struct image_rgb8 right_colour;               // the same; no data if the surface is recomputed
+    struct image_rgb8 right_colour;               // the same
     struct rectify_span *left_span, *right_span;  // valid columns of each row
 
     struct match_output match;

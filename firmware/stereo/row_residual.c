@@ -300,6 +300,7 @@ static int sample_lattice(const struct match_input *input, const struct match_ou
                           int step, struct sample *samples) {
     int count = 0;
     for (int y = step / 2; y < input->left.height; y += step) {
+        match_input_rows(input, y - MARGIN, y + MARGIN + 1);
         for (int x = step / 2; x < input->left.width && count < SAMPLES_MAX; x += step) {
             double vertical_px;
             if (image_u8_row(&output->reason, y)[x] == REASON_VALID &&

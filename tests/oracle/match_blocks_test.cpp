@@ -120,7 +120,10 @@ Grid<int> checked_reasons(Pair pair, const Search &search, int smoothing) {
     const synthetic::Memory memory(match_check_blocks_need_bytes(width, 1));
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
-    REQUIRE(match_check_blocks(&input, &options, smoothing, &parallel_serial, &arena, &output) ==
+    match_look look;
+    match_look_at(&input, &look);
+    look.smoothing = smoothing;
+    REQUIRE(match_check_blocks(&input, &options, &look, &parallel_serial, &arena, &output) ==
             ERROR_OK);
     Grid<int> result(width, height);
     std::copy(reason.cells.begin(), reason.cells.end(), result.cells.begin());

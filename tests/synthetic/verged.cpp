@@ -65,10 +65,10 @@ VergedRun run_verged(const Verged &setup, const VergedSetting &setting) {
         return run;
     }
     const parallel *workers = setting.environment.parallel;
-    run.need_bytes = reconstruct_need_bytes(kVergedWidth, &plan, &setting.options,
+    run.need_bytes = reconstruct_need_bytes(&setup.calib, 16, &plan, &setting.options,
                                             workers != nullptr ? workers->threads : 1);
     const int channels = setting.layout == RAW_RGB ? 3 : 1;
-    std::vector<uint16_t> raw[2];
+    std::array<std::vector<uint16_t>, 2> &raw = run.raw;
     raw_image image[2];
     for (int side = 0; side < 2; side++) {
         for (const uint16_t value : side == 0 ? setup.left : setup.right) {

@@ -10,6 +10,7 @@
 #include "daemon/files/output_file.h"
 #include "daemon/surface/result/result_figures.h"
 #include "daemon/surface/result/result_json.h"
+#include "stereo/reconstruct.h"
 #include "stereo/surface.h"
 
 void write_comments(const struct reconstruct_context *context, const char *mark, FILE *stream) {
@@ -37,15 +38,14 @@ void write_comments(const struct reconstruct_context *context, const char *mark,
 struct surface_file {
     struct output_file file;
     const struct reconstruct_result *result;
-    const struct image_rgb8 *colour;
     float unit_um;
     bool filled;  // vertices state whether they are
 };
 
 /// Colour of a pixel of the rectified left image.
 static const uint8_t *colour_of(const struct surface_file *self, uint32_t pixel) {
-    const uint32_t width = (uint32_t)self->colour->width;
-    return image_rgb8_row(self->colour, (int)(pixel / width)) + 3 * (pixel % width);
+    const uint32_t width = (uint32_t)self->result->left_colour.width;
+    return reconstruct_colour_row(self->result, (int)(pixel / width)) + 3 * (pixel % width);
 }
 
 static void put_points(void *cookie, const struct surface_part *part) {
@@ -72,9 +72,7 @@ int write_pcd(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = context->result;
     const uint32_t points = result_figures_measured_count(result);
-    struct surface_file self = {.result = result,
-                                .colour = &result->left_colour,
-                                .unit_um = reconstruct_context_unit_um(context)};
+    struct surface_file self = {.result = result, .unit_um = reconstruct_context_unit_um(context)};
     output_file_open(&self.file, path);
     if (self.file.stream != NULL) {
         fputs("# .PCD v0.7 - Point Cloud Data file format\n", self.file.stream);
@@ -172,7 +170,6 @@ int write_ply(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = reconstruct_context_ply(context);
     struct surface_file self = {.result = result,
-                                .colour = &result->left_colour,
                                 .unit_um = reconstruct_context_unit_um(context),
                                 .filled = result->reason_count[REASON_FILLED] > 0};
     output_file_open(&self.file, path);

@@ -99,6 +99,11 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
                        enum rectify_side side, struct arena *arena, struct rectify_table *table);
 size_t rectify_table_need_bytes(const struct rectify_plan *plan);
 
+/// Rows of the raw image that any `rows` neighbouring rows of the rectified one come from, at most,
+/// give or take one: for its memory.
+int rectify_rows_needed(const struct rectify_plan *plan, const struct calibration *calibration,
+                        enum rectify_side side, int rows);
+
 /// Raw coordinates of rectified row y, 0 <= y < height, into `x_q16` and `y_q16` (width_px values
 /// each). Outside the table's `view` they are meaningless.
 void rectify_row_coordinates(const struct rectify_table *table, int y, int32_t *x_q16,

@@ -6,6 +6,8 @@
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/rectify.h"
 
+enum { EXTENT_STEP_PX = 64 };  // between the pixels of a row whose sources are computed
+
 // Nodes farther outside are clamped to this, so that differences of two nodes fit 32 bits.
 static const double COORDINATE_LIMIT_PX = 15000;
 
@@ -138,6 +140,57 @@ static int take_memory(struct arena *arena, struct rectify_table *table,
     return table->x_q16 != NULL && table->y_q16 != NULL && *view != NULL ? ERROR_OK : ERROR_MEMORY;
 }
 
+static struct source source_of(const struct rectify_plan *plan,
+                               const struct calibration *calibration, enum rectify_side side) {
+    const bool is_left = side == RECTIFY_LEFT;
+    const struct lens *lens = is_left ? &calibration->left : &calibration->right;
+    return (struct source){
+        .lens = lens,
+        .R_rect_camera = is_left ? plan->R_rect_left : plan->R_rect_right,
+        .cx_px = is_left ? plan->cx_left_px : plan->cx_right_px,
+        .cy_px = plan->cy_px,
+        .f_px = plan->f_px,
+        .fy_px = plan->fy_px,
+        .view_radius = lens_view_radius(lens),
+    };
+}
+
+// Widens [lowest, highest] to the raw rows of row y.
+static void widen(const struct source *source, int width_px, int y, double *lowest,
+                  double *highest) {
+    for (int x = 0; x < width_px + EXTENT_STEP_PX; x += EXTENT_STEP_PX) {
+        double ideal[2], distorted[2];
+        const int column = x < width_px ? x : width_px - 1;
+        if (!is_in_view(source, column, y) || !find_ideal(source, column, y, ideal)) {
+            continue;
+        }
+        lens_distort(source->lens, ideal, distorted);
+        const double row = source->lens->fy_px * distorted[1] + source->lens->cy_px;
+        const double last = source->lens->height_px - 1;
+        const double inside = row < 0 ? 0 : row > last ? last : row;
+        *lowest = inside < *lowest ? inside : *lowest;
+        *highest = inside > *highest ? inside : *highest;
+    }
+}
+
+int rectify_rows_needed(const struct rectify_plan *plan, const struct calibration *calibration,
+                        enum rectify_side side, int rows) {
+    if (plan->identity) {
+        return rows;
+    }
+    const struct source source = source_of(plan, calibration, side);
+    int most = 0;
+    for (int y = 0; y < plan->height_px; y += rows) {
+        const int last = y + rows < plan->height_px ? y + rows : plan->height_px - 1;
+        double lowest = INFINITY, highest = -INFINITY;
+        widen(&source, plan->width_px, y, &lowest, &highest);
+        widen(&source, plan->width_px, last, &lowest, &highest);
+        const int needed = lowest <= highest ? (int)(highest - lowest) + 3 : 0;
+        most = needed > most ? needed : most;
+    }
+    return most;
+}
+
 int rectify_table_make(const struct rectify_plan *plan, const struct calibration *calibration,
                        enum rectify_side side, struct arena *arena, struct rectify_table *table) {
     INVARIANT(plan->width_px >= 1 && plan->width_px <= IMAGE_MAX_SIDE_PX);
@@ -168,15 +221,7 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
         arena_release(arena, mark);
         return error;
     }
-    const struct source source = {
-        .lens = lens,
-        .R_rect_camera = is_left ? plan->R_rect_left : plan->R_rect_right,
-        .cx_px = cx_px,
-        .cy_px = plan->cy_px,
-        .f_px = plan->f_px,
-        .fy_px = plan->fy_px,
-        .view_radius = lens_view_radius(lens),
-    };
+    const struct source source = source_of(plan, calibration, side);
     error = compute_nodes(&source, &made);
     if (error != ERROR_OK) {
         arena_release(arena, mark);

@@ -16,7 +16,10 @@
 extern "C" {
 #endif
 
-enum { DISPARITY_ONE = 256 };  // disparities are in 1/256 px
+enum {
+    DISPARITY_ONE = 256,    // disparities are in 1/256 px
+    CHECKS_ROWS_KEPT = 96,  // rows that a step after matching asks for at once, at most
+};
 
 /// Counts memory, and takes it if there is an arena: a size is stated once.
 struct match_memory {
@@ -65,6 +68,22 @@ static inline struct match_accepted_range match_accepted_range_of(
     };
 }
 
+/// Grey levels of an image: blocks with its ends may be clipped, and show too little noise.
+struct match_limits {
+    uint8_t darkest, brightest;
+};
+
+/// What a first look at a pair shows, of every n-th row of a high one; left and right.
+struct match_look {
+    // Weight of each of the two neighbours of a pixel along a row and along a column, in 1/16:
+    // higher for noisier images, 0 for those of little noise or of texture as fine as noise.
+    int smoothing;
+    struct match_limits limits[2];
+    bool coloured[2];  // whether any pixel is
+};
+
+void match_look_at(const struct match_input *input, struct match_look *look);
+
 /// Memory that `match_check_blocks` takes, in bytes.
 size_t match_check_blocks_need_bytes(int width, int threads);
 
@@ -77,11 +96,11 @@ void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, u
 /// blocks of valid pixels without texture along the row, with too few valid pixels around
 /// for the texture there is, and with too few for coarse texture: noise, and structure that does
 /// not change along the rows, also find partners, but seldom agree, or have near rivals. Then
-/// rejects what is hidden, by `match_reject_hidden`. The measure is `match_noise_q8`. `smoothing`:
-/// of the pair, by `match_smoothing`. ERROR_MEMORY.
+/// rejects what is hidden, by `match_reject_hidden`. The measure is `match_noise_q8`. `look`:
+/// of the pair, by `match_look_at`. ERROR_MEMORY.
 int match_check_blocks(const struct match_input *input, const struct match_options *options,
-                       int smoothing, const struct parallel *parallel, struct arena *arena,
-                       struct match_output *output);
+                       const struct match_look *look, const struct parallel *parallel,
+                       struct arena *arena, struct match_output *output);
 
 /// Working memory of `speckle_filter_run_all` in bytes for an image of that width.
 size_t speckle_filter_need_bytes(int width, int speckle_px, int threads);
@@ -100,11 +119,8 @@ static inline int match_whole_disparity(int32_t disparity_q8) {
 
 /// Variance of the noise of a pixel, in 1/256 of a squared grey level: what differs between valid
 /// pixels that match, not counting clipped ones; at least that of whole grey levels.
-uint32_t match_noise_q8(const struct match_input *input, const struct match_output *output);
-
-/// Weight of each of the two neighbours of a pixel along a row and along a column, in 1/16: higher
-/// for noisier images, 0 for those of little noise or of texture as fine as noise.
-int match_smoothing(const struct match_input *input);
+uint32_t match_noise_q8(const struct match_input *input, const struct match_look *look,
+                        const struct match_output *output);
 
 // The preset paper (paper.c).
 

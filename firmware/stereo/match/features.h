@@ -137,7 +137,7 @@ static void smooth_sources(const struct match_level *level, const struct image_s
     uint8_t *const *source = scratch->source;
     for (int j = 0; j < count; j++) {
         smooth_source(source[j] + MATCH_SOURCE_PAD, source[j + 1] + MATCH_SOURCE_PAD,
-                      source[j + 2] + MATCH_SOURCE_PAD, width, level->state->smoothing,
+                      source[j + 2] + MATCH_SOURCE_PAD, width, level->state->look.smoothing,
                       scratch->box, source[j] + MATCH_SOURCE_PAD);
         const int y = y_begin + j;
         const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
@@ -173,7 +173,7 @@ static void channel_rows(const struct match_level *level, const struct image_vie
     if (channel != MATCH_GREY) {
         const struct image_rgb8 *colour = view->colour;
         source.image = (struct image_u8){colour->data + channel, colour->width, colour->height,
-                                         colour->stride};
+                                         colour->stride, colour->ring_rows};
         source.channel = true;
     }
     source_rows(level, &source, y_begin - MATCH_CENSUS_RADIUS, rows + 2 * MATCH_CENSUS_RADIUS,
@@ -220,8 +220,8 @@ static const struct match_comparison *census_of(const struct match_level *level)
     if (!match_is_finest(level)) {
         return match_coarser_census;
     }
-    return level->state->smoothing > TUNE_SMOOTHING_WEAK ? match_smoothed_census
-                                                         : match_finest_census;
+    return level->state->look.smoothing > TUNE_SMOOTHING_WEAK ? match_smoothed_census
+                                                              : match_finest_census;
 }
 
 // What the features of a level take from a channel.
@@ -239,7 +239,7 @@ static struct channel_use use_of(const struct match_level *level, int channel) {
     struct channel_use use = {.channel = channel};
     for (int i = 0; i < 8 * MATCH_CENSUS_PLANES; i++) {
         const struct match_comparison *one = &census_of(level)[i];
-        if ((level->state->compares_colour ? one->channel : MATCH_GREY) == channel) {
+        if ((match_compares_colour(level->state) ? one->channel : MATCH_GREY) == channel) {
             use.bits[i / 8] = (uint8_t)(use.bits[i / 8] | 1 << i % 8);
             use.positions |= position_bit(one->row, one->column) |
                              position_bit(one->other_row, one->other_column);
@@ -400,7 +400,7 @@ static void raise_step_rows(const struct match_level *level, const struct match_
 
 // Whether the steps of a level are those of colour.
 static bool has_coloured_steps(const struct match_level *level) {
-    return level->state->coloured && match_is_finest(level);
+    return match_is_coloured(level->state) && match_is_finest(level);
 }
 
 // Features of rows, in the memory of the left ones, whose `tiles` are not NULL: their steps too.

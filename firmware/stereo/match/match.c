@@ -79,6 +79,17 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     return memory.need_bytes > after ? memory.need_bytes : after;
 }
 
+int match_rows_kept(int width, int height, const struct match_options *options, int threads) {
+    INVARIANT(match_need_bytes(width, options, threads) > 0 && height >= MATCH_MIN_HEIGHT_PX);
+    if (options->preset == MATCH_PRESET_PAPER) {
+        return CHECKS_ROWS_KEPT;
+    }
+    struct match_state state = {.input = NULL};
+    set_state(&state, width, height, options, threads);
+    const int rows = match_steps_rows_kept(&state);
+    return rows > CHECKS_ROWS_KEPT ? rows : CHECKS_ROWS_KEPT;
+}
+
 uint64_t match_work(int width, int height, const struct match_options *options) {
     if (height < 1 || height > IMAGE_MAX_SIDE_PX || match_need_bytes(width, options, 1) == 0) {
         return 0;
@@ -130,19 +141,6 @@ int match_check(const struct match_input *input, const struct match_options *opt
     return legal ? ERROR_OK : ERROR_ARGUMENT;
 }
 
-// Whether any pixel is coloured.
-static bool has_colour(const struct image_rgb8 *image) {
-    for (int y = 0; image->data != NULL && y < image->height; y++) {
-        const uint8_t *row = image_rgb8_row(image, y);
-        for (int x = 0; x < image->width; x++) {
-            if (row[3 * x] != row[3 * x + 1] || row[3 * x] != row[3 * x + 2]) {
-                return true;
-            }
-        }
-    }
-    return false;
-}
-
 int match_run(const struct match_input *input, const struct match_options *options,
               const struct parallel *parallel, match_progress *progress, void *progress_self,
               struct arena *arena, struct match_output *output) {
@@ -155,8 +153,6 @@ int match_run(const struct match_input *input, const struct match_options *optio
     }
     struct match_state state = {.input = input, .output = output, .parallel = parallel};
     set_state(&state, input->left.width, input->left.height, options, parallel->threads);
-    state.smoothing = match_smoothing(input);
-    state.coloured = has_colour(&input->left_colour);
-    state.compares_colour = state.coloured && has_colour(&input->right_colour);
+    match_look_at(input, &state.look);
     return match_run_steps(&state, progress, progress_self, arena);
 }

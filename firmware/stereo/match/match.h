@@ -50,7 +50,20 @@ struct match_input {
     // In colour; either may have no data. Edges are those of the left image in colour; pixels are
     // compared in colour only if both images have any. Equal channels count as grey.
     struct image_rgb8 left_colour, right_colour;
+    // Called before rows [begin, end) of the images are read, which are then rings of at least
+    // match_rows_kept rows. NULL: all rows are there.
+    void (*rows)(void *self, int begin, int end);
+    void *self;
 };
+
+/// Asks for rows [begin, end) of the images of a pair, as far as there are such rows.
+static inline void match_input_rows(const struct match_input *input, int begin, int end) {
+    const int first = begin > 0 ? begin : 0;
+    const int last = end < input->left.height ? end : input->left.height;
+    if (input->rows != NULL && first < last) {
+        input->rows(input->self, first, last);
+    }
+}
 
 /// Results, all of the size of the left image. Owned by the caller.
 struct match_output {
@@ -73,6 +86,11 @@ struct match_options match_default_options(int disparity_min, int disparity_coun
 /// whatever the height; with the presets fast, standard and board hardly more for a larger range. 0
 /// when an argument is out of range.
 size_t match_need_bytes(int width, const struct match_options *options, int threads);
+
+/// Rows of a pair that rings must hold for `match_run` with `threads` threads, and all other stages
+/// that read them, so that none is asked for twice in one pass; more than the height for low
+/// images. The arguments are those of match_run.
+int match_rows_kept(int width, int height, const struct match_options *options, int threads);
 
 /// Upper bound of the pixels times disparities that `match_run` processes on all levels; its run
 /// time is proportional. For the preset paper the equivalent number. 0 if an argument is out of

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Noise: of the images before matching, which decides how they are smoothed, and of the pair by
-// what differs between pixels that match. Rows needed: all, of blocks of 8x8 pixels, 16 apart.
+// what differs between pixels that match. Rows needed: of the pair, those of blocks of 8x8 pixels,
+// 16 apart; of the images before, of every n-th row of blocks, of which LOOK_ROWS are enough.
 #include <string.h>
 
 #include "core/invariant.h"
@@ -12,6 +13,7 @@ enum {
     BLOCK = 8,  // pixels, both ways
     STEP = 16,  // pixels from block to block
     MIN_BLOCKS = 8,
+    LOOK_ROWS = 48,  // rows of blocks that the first look takes, at least where there are so many
     BINS = 1024,
     BIN = 8,
     PAIR_BIN = 16,
@@ -26,31 +28,62 @@ enum {
     QUANTIZATION_Q8 = 21,  // variance of rounding to whole grey levels
 };
 
-// Grey levels of an image: blocks with its ends may be clipped, and show too little noise.
-struct limits {
-    uint8_t darkest, brightest;
-};
-
 static struct rectify_span span_of(const struct image_u8 *image, const struct rectify_span *spans,
                                    int y) {
     return spans == NULL ? (struct rectify_span){0, (int16_t)image->width} : spans[y];
 }
 
-static struct limits limits_of(const struct image_u8 *image, const struct rectify_span *spans) {
-    struct limits limits = {UINT8_MAX, 0};
-    for (int y = 0; y < image->height; y++) {
-        const uint8_t *restrict row = image_u8_row(image, y);
-        const struct rectify_span span = span_of(image, spans, y);
-        uint8_t darkest = UINT8_MAX;
-        uint8_t brightest = 0;
-        for (int x = span.begin; x < span.end; x++) {
-            darkest = row[x] < darkest ? row[x] : darkest;
-            brightest = row[x] > brightest ? row[x] : brightest;
-        }
-        limits.darkest = darkest < limits.darkest ? darkest : limits.darkest;
-        limits.brightest = brightest > limits.brightest ? brightest : limits.brightest;
+// Rows from one row of blocks that the first look takes to the next.
+static int look_step(int height) {
+    const int block_rows = height / STEP;
+    return block_rows < 2 * LOOK_ROWS ? STEP : block_rows / LOOK_ROWS * STEP;
+}
+
+static void look_at_row(const struct image_u8 *image, const struct rectify_span *spans, int y,
+                        struct match_limits *limits) {
+    const uint8_t *restrict row = image_u8_row(image, y);
+    const struct rectify_span span = span_of(image, spans, y);
+    uint8_t darkest = UINT8_MAX;
+    uint8_t brightest = 0;
+    for (int x = span.begin; x < span.end; x++) {
+        darkest = row[x] < darkest ? row[x] : darkest;
+        brightest = row[x] > brightest ? row[x] : brightest;
     }
-    return limits;
+    limits->darkest = darkest < limits->darkest ? darkest : limits->darkest;
+    limits->brightest = brightest > limits->brightest ? brightest : limits->brightest;
+}
+
+// Whether any pixel is coloured.
+static bool has_colour(const struct image_rgb8 *image, int y) {
+    const uint8_t *row = image_rgb8_row(image, y);
+    for (int x = 0; x < image->width; x++) {
+        if (row[3 * x] != row[3 * x + 1] || row[3 * x] != row[3 * x + 2]) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Grey levels and colour, of all rows around the blocks.
+static void look_at_levels(const struct match_input *input, struct match_look *look) {
+    const struct image_rgb8 *colour[2] = {&input->left_colour, &input->right_colour};
+    const int height = input->left.height;
+    for (int i = 0; i < 2; i++) {
+        look->limits[i] = (struct match_limits){UINT8_MAX, 0};
+        look->coloured[i] = false;
+    }
+    for (int begin = 0; begin < height; begin += look_step(height)) {
+        const int end = begin + STEP < height ? begin + STEP : height;
+        match_input_rows(input, begin, end);
+        for (int y = begin; y < end; y++) {
+            look_at_row(&input->left, input->left_span, y, &look->limits[0]);
+            look_at_row(&input->right, input->right_span, y, &look->limits[1]);
+            for (int i = 0; i < 2; i++) {
+                look->coloured[i] =
+                    look->coloured[i] || (colour[i]->data != NULL && has_colour(colour[i], y));
+            }
+        }
+    }
 }
 
 // A block of 8x8 grey levels, or of differences, and the pixels around.
@@ -61,7 +94,7 @@ struct patch {
 // Adds a block of an image, times `sign`. Whether no pixel can be clipped. Not inlined: unrolled
 // code of three callers is too much for the smallest image.
 static __attribute__((noinline)) bool add_patch(const struct image_u8 *image, int x, int y,
-                                                struct limits limits, int sign,
+                                                struct match_limits limits, int sign,
                                                 struct patch *patch) {
     INVARIANT(x > 0 && x + BLOCK < image->width && y > 0 && y + BLOCK < image->height);
     uint8_t clipped = 0;
@@ -99,7 +132,7 @@ static int second_derivatives(const struct patch *patch) {
 }
 
 // -1 if a pixel may be clipped.
-static int roughness(const struct image_u8 *image, int x, int y, struct limits limits) {
+static int roughness(const struct image_u8 *image, int x, int y, struct match_limits limits) {
     struct patch patch = {0};
     return add_patch(image, x, y, limits, 1, &patch) ? second_derivatives(&patch) : -1;
 }
@@ -127,31 +160,39 @@ static int bin_above(const uint32_t count[BINS], uint32_t blocks) {
     return bin;
 }
 
+// How many blocks have what, in bins.
+struct histogram {
+    uint32_t count[BINS], blocks;
+};
+
+static void add_block(struct histogram *histogram, int bin) {
+    histogram->count[bin < BINS ? bin : BINS - 1]++;
+    histogram->blocks++;
+}
+
+static void add_roughness(const struct image_u8 *image, const struct rectify_span *spans, int y,
+                          struct match_limits limits, struct histogram *histogram) {
+    const struct rectify_span span = common_span(image, spans, y);
+    for (int x = span.begin + 1; x + BLOCK < span.end; x += STEP) {
+        const int sum = roughness(image, x, y, limits);
+        if (sum >= 0) {
+            add_block(histogram, sum / BIN);
+        }
+    }
+}
+
 // What the blocks of an image have: the smoothest ones, and half of them. 0 if there are too few.
 struct roughnesses {
     int noise, usual;
 };
 
-static struct roughnesses roughnesses_of(const struct image_u8 *image,
-                                         const struct rectify_span *spans) {
-    const struct limits limits = limits_of(image, spans);
-    uint32_t count[BINS] = {0};
-    uint32_t blocks = 0;
-    for (int y = 1; y + BLOCK < image->height; y += STEP) {
-        const struct rectify_span span = common_span(image, spans, y);
-        for (int x = span.begin + 1; x + BLOCK < span.end; x += STEP) {
-            const int sum = roughness(image, x, y, limits);
-            if (sum >= 0) {
-                count[sum / BIN < BINS ? sum / BIN : BINS - 1]++;
-                blocks++;
-            }
-        }
-    }
-    if (blocks < MIN_BLOCKS) {
+static struct roughnesses roughnesses_of(const struct histogram *histogram) {
+    if (histogram->blocks < MIN_BLOCKS) {
         return (struct roughnesses){0, 0};
     }
-    return (struct roughnesses){BIN * bin_above(count, blocks / TUNE_NOISE_FLOOR_SHARE),
-                                BIN * bin_above(count, blocks / 2)};
+    return (struct roughnesses){
+        BIN * bin_above(histogram->count, histogram->blocks / TUNE_NOISE_FLOOR_SHARE),
+        BIN * bin_above(histogram->count, histogram->blocks / 2)};
 }
 
 // Sum of the squared slopes over 2 `reach` pixels along the row, of a block.
@@ -167,50 +208,69 @@ static int slopes_over(const struct image_u8 *image, int x, int y, int reach) {
     return sum;
 }
 
-// The share of the slopes over 8 pixels that is in those over 2, without noise, of half of the
-// blocks; all if there are too few.
-static int fine_share(const struct image_u8 *image, const struct rectify_span *spans, int noise) {
+// The share of the slopes over 8 pixels that is in those over 2, without noise, of the blocks at y.
+static void add_fine_share(const struct image_u8 *image, const struct rectify_span *spans, int y,
+                           int noise, struct histogram *histogram) {
     INVARIANT(noise < 2 * TUNE_NOISE_STRONG);
     const int of_noise = 2 * BLOCK * BLOCK * noise * noise / (FLOOR_OF_SIGMA * FLOOR_OF_SIGMA);
-    uint32_t count[BINS] = {0};
-    uint32_t blocks = 0;
-    for (int y = 1; y + BLOCK < image->height; y += STEP) {
-        const struct rectify_span span = common_span(image, spans, y);
-        for (int x = span.begin + FAR; x + BLOCK + FAR <= span.end; x += STEP) {
-            const int far = slopes_over(image, x, y, FAR) - of_noise;
-            if (far > TUNE_COARSE_SIGNAL * of_noise) {
-                const int near = slopes_over(image, x, y, NEAR) - of_noise;
-                const int share = near > 0 ? (int)((int64_t)SHARES * near / far) : 0;
-                count[share < SHARES ? share : SHARES]++;
-                blocks++;
-            }
+    const struct rectify_span span = common_span(image, spans, y);
+    for (int x = span.begin + FAR; x + BLOCK + FAR <= span.end; x += STEP) {
+        const int far = slopes_over(image, x, y, FAR) - of_noise;
+        if (far > TUNE_COARSE_SIGNAL * of_noise) {
+            const int near = slopes_over(image, x, y, NEAR) - of_noise;
+            const int share = near > 0 ? (int)((int64_t)SHARES * near / far) : 0;
+            add_block(histogram, share < SHARES ? share : SHARES);
         }
     }
-    return blocks < MIN_BLOCKS ? SHARES : bin_above(count, blocks / 2);
 }
 
-int match_smoothing(const struct match_input *input) {
-    const struct roughnesses left = roughnesses_of(&input->left, input->left_span);
-    const struct roughnesses right = roughnesses_of(&input->right, input->right_span);
+// Of half of the blocks; all if there are too few.
+static int fine_share_of(const struct histogram *histogram) {
+    return histogram->blocks < MIN_BLOCKS ? SHARES
+                                          : bin_above(histogram->count, histogram->blocks / 2);
+}
+
+static int coarseness_smoothing(const struct match_input *input, int left_noise, int right_noise) {
+    const int height = input->left.height;
+    struct histogram left = {.blocks = 0}, right = {.blocks = 0};
+    for (int y = 1; y + BLOCK < height; y += look_step(height)) {
+        match_input_rows(input, y - 1, y + BLOCK + 1);
+        add_fine_share(&input->left, input->left_span, y, left_noise, &left);
+        add_fine_share(&input->right, input->right_span, y, right_noise, &right);
+    }
+    const int share = (fine_share_of(&left) + fine_share_of(&right)) / 2;
+    return share > TUNE_COARSE_SHARE ? TUNE_SMOOTHING_WEAK : TUNE_SMOOTHING_COARSE;
+}
+
+static int smoothing_of(const struct match_input *input, const struct match_look *look) {
+    const int height = input->left.height;
+    struct histogram histogram[2] = {{.blocks = 0}, {.blocks = 0}};
+    for (int y = 1; y + BLOCK < height; y += look_step(height)) {
+        match_input_rows(input, y - 1, y + BLOCK + 1);
+        add_roughness(&input->left, input->left_span, y, look->limits[0], &histogram[0]);
+        add_roughness(&input->right, input->right_span, y, look->limits[1], &histogram[1]);
+    }
+    const struct roughnesses left = roughnesses_of(&histogram[0]);
+    const struct roughnesses right = roughnesses_of(&histogram[1]);
     const int noise = (left.noise + right.noise) / 2;
     const int usual = (left.usual + right.usual) / 2;
     if (noise < TUNE_NOISE_WEAK || usual > TUNE_FINE_TEXTURE * noise) {
         return 0;
     }
-    if (noise >= TUNE_NOISE_STRONG) {
-        return TUNE_SMOOTHING_STRONG;
-    }
-    const int share = (fine_share(&input->left, input->left_span, left.noise) +
-                       fine_share(&input->right, input->right_span, right.noise)) /
-                      2;
-    return share > TUNE_COARSE_SHARE ? TUNE_SMOOTHING_WEAK : TUNE_SMOOTHING_COARSE;
+    return noise >= TUNE_NOISE_STRONG ? TUNE_SMOOTHING_STRONG
+                                      : coarseness_smoothing(input, left.noise, right.noise);
+}
+
+void match_look_at(const struct match_input *input, struct match_look *look) {
+    look_at_levels(input, look);
+    look->smoothing = smoothing_of(input, look);
 }
 
 // Second derivatives of the difference of a block of the left image and the same block, `disparity`
 // to the left, of the right one. They contain noise, but hardly any texture. -1 if a pixel may be
 // clipped.
-static int difference_of(const struct match_input *input, const struct limits limits[2], int x,
-                         int y, int disparity) {
+static int difference_of(const struct match_input *input, const struct match_limits limits[2],
+                         int x, int y, int disparity) {
     struct patch patch = {0};
     return add_patch(&input->left, x, y, limits[0], 1, &patch) &&
                    add_patch(&input->right, x - disparity, y, limits[1], -1, &patch)
@@ -218,35 +278,40 @@ static int difference_of(const struct match_input *input, const struct limits li
                : -1;
 }
 
-uint32_t match_noise_q8(const struct match_input *input, const struct match_output *output) {
-    const struct limits limits[2] = {limits_of(&input->left, input->left_span),
-                                     limits_of(&input->right, input->right_span)};
+// Adds what differs between the pixels of the blocks at y and those that they match.
+static void add_differences(const struct match_input *input, const struct match_look *look,
+                            const struct match_output *output, int y, struct histogram *histogram) {
     const int width = output->reason.width;
-    uint32_t count[BINS] = {0};
-    uint32_t blocks = 0;
-    for (int y = 1; y + BLOCK < output->reason.height; y += STEP) {
-        const uint8_t *reason = image_u8_row(&output->reason, y + BLOCK / 2);
-        const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y + BLOCK / 2);
-        for (int x = 1; x + BLOCK < width; x += STEP) {
-            const int disparity = match_whole_disparity(disparity_q8[x + BLOCK / 2]);
-            if (reason[x + BLOCK / 2] != REASON_VALID || x - 1 - disparity < 0 ||
-                x + BLOCK - disparity >= width) {
-                continue;
-            }
-            const int sum = difference_of(input, limits, x, y, disparity);
-            if (sum >= 0) {
-                count[sum / PAIR_BIN < BINS ? sum / PAIR_BIN : BINS - 1]++;
-                blocks++;
-            }
+    const uint8_t *reason = image_u8_row(&output->reason, y + BLOCK / 2);
+    const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y + BLOCK / 2);
+    for (int x = 1; x + BLOCK < width; x += STEP) {
+        const int disparity = match_whole_disparity(disparity_q8[x + BLOCK / 2]);
+        if (reason[x + BLOCK / 2] != REASON_VALID || x - 1 - disparity < 0 ||
+            x + BLOCK - disparity >= width) {
+            continue;
+        }
+        const int sum = difference_of(input, look->limits, x, y, disparity);
+        if (sum >= 0) {
+            add_block(histogram, sum / PAIR_BIN);
         }
     }
-    if (blocks == 0) {
+}
+
+uint32_t match_noise_q8(const struct match_input *input, const struct match_look *look,
+                        const struct match_output *output) {
+    struct histogram histogram = {.blocks = 0};
+    for (int y = 1; y + BLOCK < output->reason.height; y += STEP) {
+        match_input_rows(input, y - 1, y + BLOCK + 1);
+        add_differences(input, look, output, y, &histogram);
+    }
+    if (histogram.blocks == 0) {
         return QUANTIZATION_Q8;
     }
     // For two images' normal noise of sigma the mean of |second derivative| is 6.77 sigma, and the
     // lowest tenth of the blocks ends 15 % below.
     const uint32_t sum =
-        (uint32_t)bin_above(count, blocks / TUNE_PAIR_NOISE_SHARE) * PAIR_BIN + PAIR_BIN / 2;
+        (uint32_t)bin_above(histogram.count, histogram.blocks / TUNE_PAIR_NOISE_SHARE) * PAIR_BIN +
+        PAIR_BIN / 2;
     const uint32_t variance_q8 = (uint32_t)((uint64_t)sum * sum / 530);
     return variance_q8 > QUANTIZATION_Q8 ? variance_q8 : QUANTIZATION_Q8;
 }

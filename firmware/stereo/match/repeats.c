@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Repetitive texture: of a match that is finished.
+// Repetitive texture: of a match that is finished. Rows needed: those of a cell.
 #include <string.h>
 
 #include "core/error.h"
@@ -12,6 +12,7 @@
 enum {
     CELL_COLUMNS = 16,  // tested at once
     CELL_ROWS = 8,
+    BATCH_CELLS = 8,  // rows of cells that the threads share
     PARTS_MAX = 8,
 };
 
@@ -19,6 +20,7 @@ struct cells {
     const struct match_input *input;
     const struct match_options *options;
     const struct match_output *output;
+    int begin, end;  // rows of cells
     int parts;
     uint16_t *columns[PARTS_MAX];  // sums of a row of cells' grey levels
     uint32_t count[PARTS_MAX];
@@ -164,8 +166,9 @@ static uint32_t count_row_of_cells(const struct cells *cells, int y, uint16_t *c
 
 static void count_part(void *cells_pointer, int index) {
     struct cells *cells = cells_pointer;
-    const int rows = (cells->input->left.height + CELL_ROWS - 1) / CELL_ROWS;
-    for (int i = rows * index / cells->parts; i < rows * (index + 1) / cells->parts; i++) {
+    const int rows = cells->end - cells->begin;
+    for (int i = cells->begin + rows * index / cells->parts;
+         i < cells->begin + rows * (index + 1) / cells->parts; i++) {
         cells->count[index] += count_row_of_cells(cells, i * CELL_ROWS, cells->columns[index]);
     }
 }
@@ -184,7 +187,10 @@ int match_count_repeats(const struct match_input *input, const struct match_opti
         cells.columns[i] = arena_take(arena, (size_t)input->left.width, sizeof *cells.columns[i]);
         taken = taken && cells.columns[i] != NULL;
     }
-    if (taken) {
+    const int rows = (input->left.height + CELL_ROWS - 1) / CELL_ROWS;
+    for (cells.begin = 0; taken && cells.begin < rows; cells.begin = cells.end) {
+        cells.end = cells.begin + BATCH_CELLS < rows ? cells.begin + BATCH_CELLS : rows;
+        match_input_rows(input, cells.begin * CELL_ROWS, cells.end * CELL_ROWS);
         parallel->run(parallel->self, count_part, &cells, cells.parts);
     }
     arena_release(arena, mark);

@@ -163,7 +163,9 @@ static void plan(struct match_level *level, int begin, const struct match_tile *
     if (level->coarser != NULL) {
         advance(level->coarser, match_window_rows(level, begin));
     }
-    match_plan_windows(level, begin, level->state->scratch, above, tiles);
+    if (!level->state->dry) {
+        match_plan_windows(level, begin, level->state->scratch, above, tiles);
+    }
 }
 
 static int band_count(const struct match_level *level) {
@@ -203,6 +205,10 @@ static void begin_levels(struct match_state *state) {
     for (int i = state->levels - 1; i >= 0; i--) {
         struct match_level *level = &state->level[i];
         level->rows_done = 0;
+        if (state->dry) {
+            plan(level, 0, NULL, NULL);
+            continue;
+        }
         clear_cells(level);
         memset(windows(level, -1), 0, (size_t)level->tiles * sizeof *level->tile[0]);
         plan(level, 0, windows(level, -1), windows(level, 0));
@@ -223,13 +229,19 @@ static uint8_t *last_row(const struct match_level *level, int number, bool is_su
     return level->cells[number % threads][MATCH_BAND_ROWS - (is_sum == is_swapped ? 1 : 0)];
 }
 
+// Rows whose costs a band's thread computes.
+static void cost_rows_of(const struct match_level *level, int number, int *begin, int *end) {
+    const int first = number * MATCH_BAND_ROWS;
+    const int ahead = first + MATCH_BAND_ROWS + TUNE_AHEAD_ROWS;
+    *begin = first == 0 ? 0 : first + TUNE_AHEAD_ROWS;
+    *end = pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
+}
+
 static struct match_band band_of(const struct match_level *level, int number) {
     struct match_band band = {.begin = number * MATCH_BAND_ROWS};
     const int end = band.begin + MATCH_BAND_ROWS;
-    const int ahead = end + TUNE_AHEAD_ROWS;
     band.end = end < level->height ? end : level->height;
-    band.cost_begin = band.begin == 0 ? 0 : band.begin + TUNE_AHEAD_ROWS;
-    band.cost_end = pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
+    cost_rows_of(level, number, &band.cost_begin, &band.cost_end);
     band.before = windows(level, number - 1);
     band.tile = windows(level, number);
     band.next = windows(level, number + 1);
@@ -334,6 +346,27 @@ static void slopes_part(void *batch_pointer, int index) {
     }
 }
 
+// The rows of the pair that a batch reads: of the features, and, on the finest level, of the
+// texture of the rows that it finishes.
+static void need_rows(const struct match_level *level, int first, int bands) {
+    int begin, end, unused;
+    cost_rows_of(level, first, &begin, &unused);
+    cost_rows_of(level, first + bands - 1, &unused, &end);
+    const int around = MATCH_CENSUS_RADIUS + 1;
+    begin =
+        match_is_finest(level) && begin > first * MATCH_BAND_ROWS ? first * MATCH_BAND_ROWS : begin;
+    match_input_rows(level->state->input, (begin - around) * (1 << level->shift_y),
+                     (end + around) * (1 << level->shift_y));
+}
+
+static void plan_batch(const struct batch *batch, int rest) {
+    struct match_level *level = batch->level;
+    for (int i = 1; i <= batch->bands && i < rest; i++) {
+        const int below = batch->first + i;
+        plan(level, below * MATCH_BAND_ROWS, windows(level, below - 1), windows(level, below));
+    }
+}
+
 static void run_batch(struct match_level *level) {
     const struct match_state *state = level->state;
     INVARIANT(level->rows_done % MATCH_BAND_ROWS == 0 && level->rows_done < level->height);
@@ -341,14 +374,41 @@ static void run_batch(struct match_level *level) {
     const int rest = band_count(level) - first;
     struct batch batch = {
         .level = level, .first = first, .bands = rest < level->batch ? rest : level->batch};
-    for (int i = 1; i <= batch.bands && i < rest; i++) {
-        const int below = first + i;
-        plan(level, below * MATCH_BAND_ROWS, windows(level, below - 1), windows(level, below));
+    plan_batch(&batch, rest);
+    need_rows(level, first, batch.bands);
+    if (!state->dry) {
+        state->parallel->run(state->parallel->self, slopes_part, &batch, batch.bands);
+        state->parallel->run(state->parallel->self, bands_part, &batch, state->threads);
     }
-    state->parallel->run(state->parallel->self, slopes_part, &batch, batch.bands);
-    state->parallel->run(state->parallel->self, bands_part, &batch, state->threads);
     level->rows_done =
         batch.bands == rest ? level->height : level->rows_done + batch.bands * MATCH_BAND_ROWS;
+}
+
+// The highest row asked for so far, and how far before it others were.
+struct reach {
+    int end, rows;
+};
+
+static void reach_rows(void *self, int begin, int end) {
+    struct reach *reach = self;
+    reach->end = end > reach->end ? end : reach->end;
+    reach->rows = reach->end - begin > reach->rows ? reach->end - begin : reach->rows;
+}
+
+int match_steps_rows_kept(struct match_state *state) {
+    struct reach reach = {0, 0};
+    const struct match_input input = {
+        .left.height = state->level[0].height << state->level[0].shift_y,
+        .rows = reach_rows,
+        .self = &reach};
+    state->input = &input;
+    state->dry = true;
+    for (int i = 0; i < state->levels; i++) {
+        state->level[i].batch = bands_of_batch(state->threads);
+    }
+    begin_levels(state);
+    advance(&state->level[0], state->level[0].height);
+    return reach.rows;
 }
 
 struct finish_context {
@@ -405,7 +465,7 @@ int match_run_steps(struct match_state *state, match_progress *progress, void *p
     if (state->options.keep_all) {
         return ERROR_OK;
     }
-    const int checked = match_check_blocks(state->input, &state->options, state->smoothing,
+    const int checked = match_check_blocks(state->input, &state->options, &state->look,
                                            state->parallel, arena, state->output);
     return checked != ERROR_OK ? checked
                                : speckle_filter_run_all(state->options.speckle_px, state->parallel,

@@ -167,10 +167,9 @@ struct match_state {
     const struct parallel *parallel;
     struct match_level level[MATCH_MAX_LEVELS];
     int levels;
-    int smoothing;         // see match_smoothing; of levels at full size
-    bool coloured;         // steps of the finest level come from the left image in colour
-    bool compares_colour;  // the census compares channels of both images in colour
+    struct match_look look;  // its smoothing is that of levels at full size
     int threads;
+    bool dry;                       // only asks for rows, in the order of a run
     struct match_scratch *scratch;  // one per thread
 };
 
@@ -193,7 +192,16 @@ static inline uint8_t *match_cell(uint8_t *row, const struct match_tile *tile, i
 /// Whether the rows of a level are smoothed before they are compared; means of several pixels have
 /// less noise.
 static inline bool match_is_smoothed(const struct match_level *level) {
-    return level->state->smoothing > 0 && level->shift_x == 0 && level->shift_y == 0;
+    return level->state->look.smoothing > 0 && level->shift_x == 0 && level->shift_y == 0;
+}
+
+/// Whether the steps of the finest level come from the left image in colour, and its census
+/// compares channels of both images in colour.
+static inline bool match_is_coloured(const struct match_state *state) {
+    return state->look.coloured[0];
+}
+static inline bool match_compares_colour(const struct match_state *state) {
+    return state->look.coloured[0] && state->look.coloured[1];
 }
 
 /// Left row y of a level, for its texture; rows above and below the image repeat its ends.
@@ -268,7 +276,10 @@ void match_plan_slopes(const struct match_level *level, int band_begin, struct m
 /// Allocates the memory of all levels and threads.
 void match_take_memory(struct match_state *state, struct match_memory *memory);
 
-/// Matches and checks: the order of all steps. state->smoothing and what follows it are set, and
+/// The rows that rings of the pair's rows must hold for `match_run_steps`.
+int match_steps_rows_kept(struct match_state *state);
+
+/// Matches and checks: the order of all steps. state->look is set, and
 /// the memory is taken from `arena`. ERROR_MEMORY, ERROR_CANCELLED.
 int match_run_steps(struct match_state *state, match_progress *progress, void *progress_self,
                     struct arena *arena);

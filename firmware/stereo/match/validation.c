@@ -2,8 +2,8 @@
 // Validation of pixels by what is around them: expensive winners are accepted where many others
 // are; blocks are rejected that have too little texture, or too few accepted pixels around; then
 // pixels that an object hides.
-// Rows needed: for a block those of the blocks up to four away (2 SHARE_BLOCKS), of 8 rows each;
-// the noise of the pair, from whole images.
+// Rows needed: of the maps, for a block those of the blocks up to four away (2 SHARE_BLOCKS), of 8
+// rows each, and all for the noise of the pair; of the left image, three above and below a block.
 #include <string.h>
 
 #include "core/error.h"
@@ -17,6 +17,8 @@ enum {
     ROW_STEP = 2,    // distance between rows whose texture is measured
     SLOPE_ROWS = 3,  // smoothed rows in use
     MAX_PARTS = 8,
+    BATCH_BLOCKS = 8,     // rows of blocks whose texture the threads share
+    AROUND_ROWS = 3,      // rows of the image above and below a block
     NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see add_slopes
     // Blocks to each side: of those with texture that are counted, and for the share of the pixels
     // that the checks of single pixels accepted.
@@ -447,6 +449,27 @@ static void reject_part(void *context, int index) {
     }
 }
 
+// Divides rows of blocks [begin, end) among the parts.
+static void divide(struct block_check *check, int begin, int end) {
+    for (int i = 0; i < check->parts; i++) {
+        check->part[i].begin = begin + (end - begin) * i / check->parts;
+        check->part[i].end = begin + (end - begin) * (i + 1) / check->parts;
+    }
+}
+
+// Runs a part of the work on all rows of blocks in their order, as far as the image's rows are
+// needed.
+static void run_in_order(struct block_check *check, const struct parallel *parallel,
+                         void (*part)(void *context, int index)) {
+    for (int begin = 0; begin < check->block_rows; begin += BATCH_BLOCKS) {
+        const int end =
+            begin + BATCH_BLOCKS < check->block_rows ? begin + BATCH_BLOCKS : check->block_rows;
+        match_input_rows(check->input, begin * BLOCK - AROUND_ROWS, end * BLOCK + AROUND_ROWS);
+        divide(check, begin, end);
+        parallel->run(parallel->self, part, check, check->parts);
+    }
+}
+
 static int part_count(int threads) {
     return threads < MAX_PARTS ? threads : MAX_PARTS;
 }
@@ -483,13 +506,13 @@ size_t match_check_blocks_need_bytes(int width, int threads) {
 }
 
 int match_check_blocks(const struct match_input *input, const struct match_options *options,
-                       int smoothing, const struct parallel *parallel, struct arena *arena,
-                       struct match_output *output) {
+                       const struct match_look *look, const struct parallel *parallel,
+                       struct arena *arena, struct match_output *output) {
     struct block_check check = {.input = input,
                                 .output = output,
                                 .accepted = match_accepted_range_of(options),
                                 .lowest = match_searched_min(options),
-                                .coarse = smoothing == TUNE_SMOOTHING_COARSE};
+                                .coarse = look->smoothing == TUNE_SMOOTHING_COARSE};
     const size_t mark = arena_mark(arena);
     check.blocks = (int)block_count(output->reason.width);
     check.block_rows = (int)block_count(output->reason.height);
@@ -497,16 +520,13 @@ int match_check_blocks(const struct match_input *input, const struct match_optio
     INVARIANT(check.parts >= 1);
     struct match_memory memory = {.arena = arena};
     take_blocks(&memory, output->reason.width, output->reason.height, &check);
-    for (int i = 0; i < check.parts; i++) {
-        check.part[i].begin = check.block_rows * i / check.parts;
-        check.part[i].end = check.block_rows * (i + 1) / check.parts;
-    }
     if (!memory.failed) {
+        divide(&check, 0, check.block_rows);
         parallel->run(parallel->self, count_part, &check, check.parts);
         parallel->run(parallel->self, accept_part, &check, check.parts);
-        check.noise_q8 = match_noise_q8(input, output);
-        parallel->run(parallel->self, measure_part, &check, check.parts);
-        parallel->run(parallel->self, reject_part, &check, check.parts);
+        check.noise_q8 = match_noise_q8(input, look, output);
+        run_in_order(&check, parallel, measure_part);
+        run_in_order(&check, parallel, reject_part);
     }
     arena_release(arena, mark);
     return memory.failed ? ERROR_MEMORY : ERROR_OK;

@@ -41,7 +41,7 @@ struct flat_run {
         options.rectify.disparity_count = 16;
         rectify_plan plan;
         REQUIRE(rectify_plan_make(&camera, &options.rectify, &plan) == ERROR_OK);
-        memory.resize(reconstruct_need_bytes(96, &plan, &options, 1));
+        memory.resize(reconstruct_need_bytes(&camera, 8, &plan, &options, 1));
         arena_init(&lent, memory.data(), memory.size());
         const raw_image image = {pixels.data(), 96, 64, 96, 8, RAW_GREY, nullptr, nullptr};
         const reconstruct_environment nothing{};

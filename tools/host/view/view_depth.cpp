@@ -107,8 +107,8 @@ void view_depth_maker::state::prepare(const view_picture &picture, const view_de
     if (error == ERROR_OK) {
         trace_rows();
         options.refine = true;  // takes most memory
-        memory.resize(reconstruct_need_bytes(picture.width_px / 2, &plan, &options,
-                                             workers_parallel(pool)->threads));
+        memory.resize(
+            reconstruct_need_bytes(&rig, 8, &plan, &options, workers_parallel(pool)->threads));
         options.refine = now.refined;
     }
 }
