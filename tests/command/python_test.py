@@ -122,6 +122,12 @@ class Arrays(Fixture):
                              (plane.tilt_deg, known["plane"]["tilt_deg"])):
             numpy.testing.assert_allclose(found[:2], (other["value"], other["sigma"]), rtol=1e-3, atol=1e-3)
         self.assertEqual(known["plane"]["points"], plane.points)
+        words = ("--depth", "30,20", "--distance", "110,60,150,60", "--plane", "100,60,60,50")
+        printed = run_vergence("info", self.out, *words).stdout
+        shown = re.findall(r"[-\d.]+ \+- [\d.]+", printed)
+        self.assertEqual(shown, [str(self.s.depth_at(30, 20)), str(self.s.distance((110, 60), (150, 60))),
+                                 str(plane.distance_mm), str(plane.tilt_deg)])
+        self.assertIn("extent", run_vergence("info", self.out / "result.json").stdout)
         for words, text in ((("--depth", "0,0"), "not measured here"), (("--depth", "900,0"), "outside"),
                             (("--plane", "0,0,2,2"), "too few measured points"),
                             (("--plane", "200,100,100,50"), "not within the maps"),
@@ -134,6 +140,12 @@ class Arrays(Fixture):
             done = run_vergence("info", place, "--depth", "30,20")
             self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1))
             self.assertIn(text, done.stderr)
+
+    def test_no_digit_is_printed_that_the_deviation_does_not_support(self):
+        for value, sigma, text in ((1792.3456, 1.234, "1792.3 +- 1.2"), (1792.3456, 0.0996, "1792.35 +- 0.10"),
+                                   (1792.3456, 123.4, "1790 +- 120"), (1, 0.996, "1.0 +- 1.0"),
+                                   (-0.04, 12, "0 +- 12"), (5.25, 0.0, "5.25 +- 0")):
+            self.assertEqual(str(v.Measured(value, sigma, None)), text)
 
     def test_truth(self):
         cv2.imwrite(str(self.directory / "truth.pfm"), self.truth)

@@ -35,7 +35,12 @@ class Measured(NamedTuple):
         return self.value
 
     def __str__(self) -> str:
-        return f"{self.value:.6g} +- {self.sigma:.2g}"
+        """Two significant digits of the deviation, and the value to the same place."""
+        if not 0 < self.sigma < float("inf"):
+            return f"{self.value:.7g} +- {self.sigma:.2g}"
+        place = int(f"{self.sigma:.1e}".partition("e")[2]) - 1
+        value, sigma = (round(number, -place) + 0.0 for number in (self.value, self.sigma))
+        return f"{value:.{max(0, -place)}f} +- {sigma:.{max(0, -place)}f}"
 
 
 def _measured(values: tuple[float, float, float]) -> Measured:

@@ -75,6 +75,16 @@ TEST_CASE("numbers are formatted for people") {
     CHECK(report_text_file_name("/a/b/") == "b");
 }
 
+TEST_CASE("no digit is printed that the deviation does not support") {
+    CHECK(number_text_with_sigma(1792.3456, 1.234) == "1792.3 +- 1.2");
+    CHECK(number_text_with_sigma(1792.3456, 0.0996) == "1792.35 +- 0.10");
+    CHECK(number_text_with_sigma(1792.3456, 123.4) == "1790 +- 120");
+    CHECK(number_text_with_sigma(1, 0.996) == "1.0 +- 1.0");
+    CHECK(number_text_with_sigma(-0.04, 12) == "0 +- 12");
+    CHECK(number_text_with_sigma(5.25, 0) == "5.25 +- 0");
+    CHECK(number_text_with_sigma(5.25, NAN) == "5.25 +- nan");
+}
+
 TEST_CASE("parts are inserted into a page by name") {
     CHECK(report_text_fill("a {{x}} b {{y}}{{x}}", {{"x", "1"}, {"y", "{{x}}"}}) == "a 1 b {{x}}1");
     CHECK(report_text_fill("nothing {{ open", {}) == "nothing {{ open");

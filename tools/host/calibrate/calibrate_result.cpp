@@ -79,10 +79,9 @@ uint32_t crc_of_corners(const calib::observations &seen) {
 std::string lens_text(const calib::solution &solution, int camera) {
     const lens &lens = solution.camera[camera];
     const auto place = static_cast<size_t>(camera);
-    return report_text_format("f %.2f +- %.2f px, centre %.2f +- %.2f, %.2f +- %.2f px", lens.fx_px,
-                              solution.sigma.focal_px[place], lens.cx_px,
-                              solution.sigma.centre_x_px[place], lens.cy_px,
-                              solution.sigma.centre_y_px[place]);
+    return "f " + number_text_with_sigma(lens.fx_px, solution.sigma.focal_px[place]) +
+           " px, centre " + number_text_with_sigma(lens.cx_px, solution.sigma.centre_x_px[place]) +
+           ", " + number_text_with_sigma(lens.cy_px, solution.sigma.centre_y_px[place]) + " px";
 }
 
 std::string board_text(const calib::solution &solution) {
@@ -200,9 +199,10 @@ std::string calibrate_result_text(const calibrate_result &result) {
     text += report_text_format("lens model  %s%s\n", calib::lens_model_name(solution.model),
                                board_text(solution).c_str());
     if (pair) {
-        text += report_text_format("baseline    %.3f +- %.3f mm\n",
-                                   geometry_norm(solution.T_right_left.t_mm),
-                                   solution.sigma.baseline_mm);
+        text += "baseline    " +
+                number_text_with_sigma(geometry_norm(solution.T_right_left.t_mm),
+                                       solution.sigma.baseline_mm) +
+                " mm\n";
     }
     if (solution.length.sigma_mm > 0) {
         text += report_text_format("length      %.0f mm at %.0f mm known to +- %.2g mm\n",

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/formats/report_text.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <vector>
 
@@ -157,6 +159,20 @@ std::string number_text(double value, int digits) {
         large ? std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 0)
               : std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits);
     return std::string(text, end.ptr);
+}
+
+std::string number_text_with_sigma(double value, double sigma) {
+    if (!(sigma > 0) || !std::isfinite(sigma) || !std::isfinite(value)) {
+        return number_text(value, 7) + " +- " + number_text(sigma, 2);
+    }
+    constexpr int decimals_max = 9;
+    const std::string rounded = report_text_format("%.1e", sigma);
+    const int place = std::atoi(rounded.c_str() + rounded.find('e') + 1) - 1;  // of the last digit
+    const int decimals = std::clamp(-place, 0, decimals_max);
+    const double step = std::pow(10.0, place);
+    // Zero has no sign.
+    return report_text_format("%.*f +- %.*f", decimals, step * std::round(value / step) + 0.0,
+                              decimals, step * std::round(sigma / step));
 }
 
 double report_field_deg(double centre_px, double size_px, double f_px) {

@@ -38,6 +38,9 @@ std::string report_text_fill(const std::string &page,
 /// At most `digits` significant digits; integers up to 1e15 in full.
 std::string number_text(double value, int digits);
 
+/// "1792.3 +- 1.2": two significant digits of the deviation, and the value to the same place.
+std::string number_text_with_sigma(double value, double sigma);
+
 /// The field of view of an image without distortion: of its row or column through the principal
 /// point at `centre_px`.
 double report_field_deg(double centre_px, double size_px, double f_px);

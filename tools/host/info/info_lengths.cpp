@@ -87,7 +87,7 @@ json json_of(const fit_value &value) {
 }
 
 std::string text_of(const fit_value &value, const char *unit) {
-    return number_text(value.value, 7) + " +- " + number_text(value.sigma, 2) + " " + unit +
+    return number_text_with_sigma(value.value, value.sigma) + " " + unit +
            (value.sigma_common >= 0
                 ? " (of which " + number_text(value.sigma_common, 2) + " common to all points)"
                 : "");

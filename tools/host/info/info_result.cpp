@@ -37,9 +37,24 @@ std::string text_of(const json &value, int digits) {
 
 struct line {
     const char *label;
-    // Literal text with members inserted: "{plan/f_px}" is replaced by the member's value.
+    // Literal text with members inserted: "{plan/f_px}" is replaced by the member's value, "{a +-
+    // b}" by a value and its deviation.
     const char *pattern;
 };
+
+/// Text of a member, or of one and its deviation; "": missing.
+std::string member_text(const json &document, const std::string &name) {
+    static const std::string between = " +- ";
+    const size_t at = name.find(between);
+    const json value = find(document, name.substr(0, at));
+    if (at == std::string::npos) {
+        return value.is_null() ? "" : text_of(value, 6);
+    }
+    const json sigma = find(document, name.substr(at + between.size()));
+    return value.is_number() && sigma.is_number()
+               ? number_text_with_sigma(value.get<double>(), sigma.get<double>())
+               : "";
+}
 
 /// Fills a pattern; "" when a member is missing.
 std::string fill(const json &document, const std::string &pattern) {
@@ -51,11 +66,12 @@ std::string fill(const json &document, const std::string &pattern) {
             break;
         }
         const size_t close = pattern.find('}', open);
-        const json value = find(document, pattern.substr(open + 1, close - open - 1));
-        if (value.is_null()) {
+        const std::string inserted =
+            member_text(document, pattern.substr(open + 1, close - open - 1));
+        if (inserted.empty()) {
             return "";
         }
-        text += text_of(value, 6);
+        text += inserted;
         at = close + 1;
     }
     return text;
@@ -66,11 +82,11 @@ const line lines_of_calibration[] = {
     {"verdict", "{verdict/sentence}"},
     {"board", "{board/corners} corners, squares of {board/square_mm} mm"},
     {"pictures", "{pictures}, a board in {pictures_with_board}"},
-    {"left", "f {left/focal_px} +- {left/focal_sigma_px} px, centre {left/centre_px} px"},
-    {"right", "f {right/focal_px} +- {right/focal_sigma_px} px, centre {right/centre_px} px"},
-    {"camera", "f {camera/focal_px} +- {camera/focal_sigma_px} px, centre {camera/centre_px} px"},
+    {"left", "f {left/focal_px +- left/focal_sigma_px} px, centre {left/centre_px} px"},
+    {"right", "f {right/focal_px +- right/focal_sigma_px} px, centre {right/centre_px} px"},
+    {"camera", "f {camera/focal_px +- camera/focal_sigma_px} px, centre {camera/centre_px} px"},
     {"lens model", "{model/lens}"},
-    {"baseline", "{rig/baseline_mm} +- {rig/baseline_sigma_mm} mm"},
+    {"baseline", "{rig/baseline_mm +- rig/baseline_sigma_mm} mm"},
     {"fit", "{fit/rms_px} px rms per point"},
     {"rows", "{rig/rows_rms_px} px rms apart after rectification"},
 };
@@ -89,8 +105,8 @@ const line lines_of_reconstruction[] = {
     {"", "depths from {plan/depth_near_mm} mm to {plan/depth_far_mm} mm"},
     {"measured", "{density_percent} % of {counts/pixels} pixels"},
     {"surface", "{counts/vertices} points, {counts/triangles} triangles"},
-    {"extent", "from {bounds_mm/least} mm"},
-    {"", "to {bounds_mm/greatest} mm (x y z)"},
+    {"extent", "from {bounds_mm/min} mm"},
+    {"", "to {bounds_mm/max} mm (x y z)"},
     {"depth", "common sigma {depth_sigma_common_mm} mm: all depths together"},
     {"cameras",
      "{self_calibration/health}: corrected by {self_calibration/used} points, rows "
