@@ -346,6 +346,34 @@ class Output(UnprivilegedFixture):
                 self.assertIn(word, done.stderr)
         self.assertEqual(file.read_text(), "x")
 
+    def test_every_command_makes_the_directories_that_are_missing(self):
+        rig = self.calibration_text()
+        both = self.save("both.png", numpy.hstack([self.left, self.right]))
+        session = self.directory / "a/b/session"
+        for words, out in ((("reconstruct", self.left_path, self.right_path, *RECTIFIED), self.directory / "c/d/out"),
+                           (("info", rig, "--export", "opencv"), self.directory / "e/f/out"),
+                           (("import", both, "--side-by-side", "--calibration", rig), session),
+                           (("export", session), self.directory / "g/h/out"),
+                           (("reconstruct", session, "--all"), self.directory / "i/j/out")):
+            with self.subTest(words[0]):
+                done = pairs.run(*words, "--out", out)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertTrue(any(out.iterdir()))
+
+    def test_a_view_that_could_keep_nothing_does_not_start(self):
+        locked = self.directory / "locked"
+        locked.mkdir(mode=0o500)
+        options = self.as_other_user()
+        locked.chmod(0o500)
+        for out, word in ((locked, "cannot be written"), (locked / "new", "cannot be created"),
+                          (self.left_path, "not a directory")):
+            done = pairs.run("view", self.directory / "none", "--no-browser", "--out", out, **options)
+            if "no web server" in done.stderr:
+                self.skipTest("built without libcivetweb")
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+            self.assertIn(f"vergence view: {out}: ", done.stderr)
+            self.assertIn(word, done.stderr)
+
     def test_names_that_no_directory_can_have(self):
         """Rejected before the work: the images need not be valid."""
         nowhere, loop = self.directory / "nowhere", self.directory / "loop"

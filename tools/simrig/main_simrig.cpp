@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
@@ -208,8 +209,10 @@ void run_script(Session &session, const std::string &path) {
 }
 
 void write_views(const Options &options, const Plan &plan) {
-    if (mkdir(options.view.c_str(), 0777) != 0 && errno != EEXIST) {
-        throw std::runtime_error("cannot create " + options.view + ": " + std::strerror(errno));
+    std::error_code failure;
+    std::filesystem::create_directories(options.view, failure);
+    if (failure) {
+        throw std::runtime_error("cannot create " + options.view + ": " + failure.message());
     }
     const world::Rig rig = reading([&plan] { return world::load_rig(plan.rig_path); });
     View view = view_at(rig, options.zoom, options.focus_mm);

@@ -12,6 +12,7 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/directory_names.h"
 #include "daemon/files/own_listing.h"
+#include "daemon/files/standard_paths.h"
 #include "daemon/session/session_pairs.h"
 
 namespace {
@@ -67,6 +68,7 @@ bool capture_directory::check(std::string *error) const {
 }
 
 bool capture_directory::make(std::string *error) {
+    standard_paths_make_parent(path_.c_str(), 0777);
     if (mkdir(path_.c_str(), 0777) != 0 && errno != EEXIST) {
         return fail(error);
     }

@@ -8,7 +8,6 @@
 #ifdef VERGENCE_HAS_VIEW
 #include <fcntl.h>
 #include <spawn.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -28,7 +27,7 @@ namespace {
 
 struct request {
     const char *token, *cameras, *calibration;
-    const char *out = "vergence-view";
+    const char *out;
     double near_mm, far_mm;
     int port;
     bool no_browser;
@@ -47,8 +46,8 @@ const command_argument options[] = {
     number_option("far", COMMAND_NUMBER, offsetof(request, far_mm), "MM",
                   "Farthest depth; required with --near.", 1, 1e7, 0, 0, "mm"),
     text_option("out", offsetof(request, out), "DIR",
-                "Directory for captures, surfaces and what webcams keep; created when needed. "
-                "Default: vergence-view."),
+                "Directory for captures, surfaces and what webcams keep; created if missing. "
+                "Default: vergence-view, once something is written."),
     number_option("port", COMMAND_INTEGER, offsetof(request, port), "N",
                   "Port on 127.0.0.1. Default: any free one.", 1024, 65535, 1, 0),
     text_option("token", offsetof(request, token), "FILE",
@@ -82,6 +81,10 @@ const option_page page = {
 int fail(const std::string &error, int code) {
     std::fprintf(stderr, "vergence view: %s\n", error.c_str());
     return code;
+}
+
+std::string out_of(const request &asked) {
+    return asked.out != nullptr ? asked.out : "vergence-view";
 }
 
 /// The first two webcams: the even ones of each have pictures, the odd ones data about them.
@@ -119,7 +122,10 @@ std::unique_ptr<view_source> open_webcams(const request &asked, view_webcams *we
         *error = "the program vergenced is not next to this one";
         return nullptr;
     }
-    if (!webcams->start(program, left, right, asked.out, error)) {
+    if (!view_results_make_folder(out_of(asked), error)) {
+        return nullptr;
+    }
+    if (!webcams->start(program, left, right, out_of(asked), error)) {
         return nullptr;
     }
     auto source = view_instrument_open(webcams->address().c_str(), nullptr, error);
@@ -183,11 +189,8 @@ int show(const request &asked, const char *where) {
     sigprocmask(SIG_BLOCK, &ends, nullptr);  // threads inherit it
     signal(SIGPIPE, SIG_IGN);
     std::string error;
-    struct stat status {};
-    if (stat(asked.out, &status) == 0 && !S_ISDIR(status.st_mode)) {
-        return fail(
-            std::string(asked.out) + " exists and is not a directory (give another name, --out)",
-            CLIENT_FAILED);
+    if (asked.out != nullptr && !view_results_make_folder(asked.out, &error)) {
+        return fail(error, CLIENT_FAILED);
     }
     view_webcams webcams;
     const std::unique_ptr<view_source> source = open_source(asked, where, &webcams, &error);
@@ -198,7 +201,7 @@ int show(const request &asked, const char *where) {
     settings.title =
         "Vergence: " + (webcams.cameras().empty() ? source->name() : webcams.cameras());
     settings.port = asked.port;
-    settings.out = asked.out;
+    settings.out = out_of(asked);
     settings.calibration = asked.calibration != nullptr ? asked.calibration : "";
     settings.near_mm = asked.near_mm;
     settings.far_mm = asked.far_mm;

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "daemon/base/process.h"
 #include "daemon/files/input_file.h"
+#include "daemon/files/standard_paths.h"
 #include "daemon/session/session_write.h"
 #include "tools/host/convert/calibration_file.hpp"
 #include "tools/host/recordings/pair_source.hpp"
@@ -222,6 +223,7 @@ int recording_import(const recording_import_request &asked) {
         calibrated = read_calibration(asked, open_source(from).get(), pair.side[0].image, &value);
     }
     const owned_image first = std::move(pair.side[0]);
+    standard_paths_make_parent(asked.out.c_str(), 0777);  // the session reports a failure
     session_file session(asked.out.c_str(), pair.time_ns[0]);
     if (calibrated) {
         session.calibrate(value);

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/view/view_results.hpp"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "daemon/files/standard_paths.h"
 #include "tools/host/formats/whole_file.hpp"
 #include "tools/host/view/view_source.hpp"
 #include "tools/host/view/view_webcams.hpp"
@@ -27,14 +30,6 @@ bool is_name(const std::string &name) {
 bool ends_with(const std::string &text, const std::string &end) {
     return text.size() >= end.size() &&
            text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-bool make_folder(const std::string &path, std::string *error) {
-    if (mkdir(path.c_str(), 0777) == 0 || errno == EEXIST) {
-        return true;
-    }
-    *error = path + ": " + std::strerror(errno);
-    return false;
 }
 
 /// The command line of the reconstruction of what is `here`.
@@ -61,13 +56,27 @@ std::string last_line(std::string text) {
 
 }  // namespace
 
+bool view_results_make_folder(const std::string &path, std::string *error) {
+    standard_paths_make_parent(path.c_str(), 0777);
+    struct stat status {};
+    if ((mkdir(path.c_str(), 0777) != 0 && errno != EEXIST) || stat(path.c_str(), &status) != 0) {
+        *error = path + ": cannot be created: " + std::strerror(errno);
+    } else if (!S_ISDIR(status.st_mode)) {
+        *error = path + ": exists and is not a directory (give another name, --out)";
+    } else if (faccessat(AT_FDCWD, path.c_str(), W_OK | X_OK, AT_EACCESS) != 0) {
+        *error = path + ": cannot be written: " + std::strerror(errno);
+    }
+    return error->empty();
+}
+
 std::string view_result_fetch(view_source *source, const view_settings &settings,
                               const std::string &name, std::string *error) {
     if (!is_name(name)) {
         *error = "not the name of a session";
         return "";
     }
-    return make_folder(settings.out, error) ? source->fetch(name, settings.out, error) : "";
+    return view_results_make_folder(settings.out, error) ? source->fetch(name, settings.out, error)
+                                                         : "";
 }
 
 int view_result_run(std::vector<std::string> words, std::string *command, std::string *said) {
@@ -116,7 +125,7 @@ bool view_result_read(view_source *source, const view_settings &settings, const 
                                &result->content, error) == 0;
     }
     if (path.compare(0, slash, "file") != 0 || !source->is_live() ||
-        !make_folder(settings.out, error)) {
+        !view_results_make_folder(settings.out, error)) {
         return false;
     }
     result->type = ends_with(name, ".svg")   ? "image/svg+xml"

@@ -16,6 +16,9 @@ struct view_settings {
     double near_mm = 0, far_mm = 0;
 };
 
+/// Creates the directory for results and its missing parents. False with one sentence.
+bool view_results_make_folder(const std::string &path, std::string *error);
+
 /// Makes the surface of a session of an instrument, or of the pair of this number of a recorded
 /// one, by `vergence reconstruct`. Returns the answer for the page: JSON with the path of the
 /// report, or an error.

@@ -75,7 +75,7 @@ bool view_webcams::start(const std::string &program, const std::string &left,
     cameras_ = left + " and " + right;
     address_ = "unix:" + folder_ + "/v.sock";
     const std::string log = folder_ + "/log";
-    for (const char *name : {"", "/files", "/store"}) {
+    for (const char *name : {"/files", "/store"}) {
         if (mkdir((out + name).c_str(), 0777) != 0 && errno != EEXIST) {
             *error = out + name + ": " + std::strerror(errno);
             return false;
