@@ -150,9 +150,8 @@ def render(view, options, folder):
             *view.options(side, options.skip))
 
 
-def regions_of(plan, left, result, known):
-    """Number of the object at each pixel, and REGION_TEXTURED."""
-    pixels = left.pixels(plan.left_rays())
+def regions_of(plan, left, pixels, result, known):
+    """Number of the object at each pixel, and REGION_TEXTURED. `pixels`: where raw images show it."""
     regions = numpy.zeros(known.shape, numpy.uint8)
     for number, name in enumerate(left.objects, 1):
         regions[left.shows(name, pixels)] = number
@@ -169,15 +168,16 @@ def write_view(view, options, folder, out):
         "--keep-all", "--out", result)
     plan = compare.Plan(result)
     left, right = compare.Camera(folder, "left"), compare.Camera(folder, "right")
-    truth, seen, depth_mm = compare.truth_of(plan, left, right, None)
-    known = numpy.isfinite(truth) & (depth_mm > near_mm) & (depth_mm < far_mm)
-    searched = truth[known & seen]
+    truth = compare.Truth(plan, left, right)
+    known = (numpy.isfinite(truth.disparity) & (truth.depth_mm > near_mm) &
+             (truth.depth_mm < far_mm))
+    searched = truth.disparity[known & truth.seen]
     search = [int(searched.min()) - MARGIN_PX, int(searched.max()) + MARGIN_PX + 1]
     out.mkdir()
-    mask = numpy.where(known, numpy.where(seen, 255, 128), 0).astype(numpy.uint8)
+    mask = numpy.where(known, numpy.where(truth.seen, 255, 128), 0).astype(numpy.uint8)
     cv2.imwrite(str(out / "mask.png"), mask)
-    cv2.imwrite(str(out / "regions.png"), regions_of(plan, left, result, known))
-    write_pfm(out / "disparity.pfm", numpy.where(known, truth, numpy.inf))
+    cv2.imwrite(str(out / "regions.png"), regions_of(plan, left, truth.left_pixels, result, known))
+    write_pfm(out / "disparity.pfm", numpy.where(known, truth.disparity, numpy.inf))
     for side in ("left", "right"):
         os.replace(result / f"{side}_rectified.png", out / f"{side}.png")
     meta = {"disparity_search": search, "part": view.part, "regions": left.objects,
