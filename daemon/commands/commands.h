@@ -121,15 +121,18 @@ void commands_calibration_instrument(const struct command_call *call,
 /// Gives a pair that was just taken its calibration: the saved one, or that of the pair's own axes
 /// if a zoom calibration is saved; none (`calibration_length` 0) if none is saved or the zoom
 /// calibration does not reach the axes. Returns 0 if none is saved, it matches, or the mismatch is
-/// `accepted`, which the answer then says; ERROR_MISMATCH or an error of the store, with the call's
-/// message. `captured` has its profile and instrument. The rig's thread only.
+/// `accepted` or was when it was set, which the answer then says; ERROR_MISMATCH or an error of the
+/// store, with the call's message. `captured` has its profile and instrument. The rig's thread
+/// only.
 int commands_calibration_of_pair(const struct command_call *call, struct captured_pair *captured,
                                  bool accepted);
 
 /// The saved calibration of all zooms, to be freed. With the call's message ERROR_MISSING: none is
-/// saved, or one of a single state; ERROR_MISMATCH: of another instrument. The rig's thread only.
+/// saved, or one of a single state. `accepted` and other errors as commands_calibration_check_rig.
+/// The rig's thread only.
 struct zoom_calibration;
-int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom);
+int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom,
+                              bool *accepted);
 
 /// The instrument's state as a pair taken now would have it, with the positions last read. The
 /// rig's thread only.
@@ -137,11 +140,11 @@ struct calibration_match_state;
 void commands_calibration_now(const struct command_call *call,
                               struct calibration_match_state *state);
 
-/// Whether a calibration of all zooms is of this instrument and its cameras, as far as they are
-/// known (not before the bring-up): 0, or ERROR_MISMATCH with the call's message. The rig's thread
-/// only.
-int commands_calibration_check_rig(const struct command_call *call,
-                                   const struct zoom_calibration *zoom);
+/// Whether the saved calibration is of this instrument and its cameras, as far as they are known
+/// (not before the bring-up): 0, ERROR_MISMATCH or another error with the call's message, or
+/// ERROR_MISSING without one: none is saved. What does not fit but was accepted when it was set
+/// sets `*accepted` (false at first), and the answer says it once. The rig's thread only.
+int commands_calibration_check_rig(const struct command_call *call, bool *accepted);
 
 /// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
 /// of `status`, with the reason if not. The rig's thread only.

@@ -86,10 +86,11 @@ static int run_aim(const struct command_call *call) {
     struct zoom_calibration *zoom;
     struct calibration_fault fault;
     double point_mm[3];
+    bool accepted = false;
     if (!call->values[DISTANCE].given) {
         return command_fail(call, ERROR_MISSING, "aim: distance=MM is required");
     }
-    int error = commands_calibration_zoom(call, &zoom);
+    int error = commands_calibration_zoom(call, &zoom, &accepted);
     if (error != ERROR_OK) {
         return error;
     }

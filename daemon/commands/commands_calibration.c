@@ -7,6 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "core/crc.h"
 #include "daemon/commands/calibration_reply.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
@@ -48,6 +49,56 @@ static struct calibration_text *load_saved(const struct command_call *call, int 
         text = NULL;
     }
     return text;
+}
+
+// ---- the mismatch that was accepted
+
+/// The checksum of the calibration that was set with accept-mismatch=yes: it stays usable with an
+/// instrument and cameras that it was not made with.
+#define STORE_ACCEPTED "accepted"
+enum { ACCEPTED_BYTES = 8 };
+
+static void print_accepted(const struct calibration_text *text, char accepted[ACCEPTED_BYTES + 1]) {
+    snprintf(accepted, ACCEPTED_BYTES + 1, "%08" PRIx32, crc_update(0, text->data, text->length));
+}
+
+static bool is_accepted(const struct command_call *call, const struct calibration_text *text) {
+    char wanted[ACCEPTED_BYTES + 1], found[ACCEPTED_BYTES];
+    size_t length = 0;
+    print_accepted(text, wanted);
+    return commands_store_load(call, STORE_ACCEPTED, found, sizeof found, &length) == ERROR_OK &&
+           length == ACCEPTED_BYTES && memcmp(found, wanted, ACCEPTED_BYTES) == 0;
+}
+
+static int save_accepted(const struct command_call *call, const struct calibration_text *text,
+                         bool accepted) {
+    char wanted[ACCEPTED_BYTES + 1];
+    print_accepted(text, wanted);
+    if (accepted) {
+        return commands_store_save(call, STORE_ACCEPTED, wanted, ACCEPTED_BYTES);
+    }
+    const int error = commands_store_remove(call, STORE_ACCEPTED);
+    return error == ERROR_MISSING ? ERROR_OK : error;
+}
+
+/// calibration_match with the saved calibration of this text: another instrument and other cameras
+/// that were accepted do not count, and the answer names them.
+static int match_saved(const struct command_call *call, const struct calibration_text *text,
+                       const struct calibration *calibration,
+                       const struct calibration_match_state *state, const char *accept,
+                       struct message *message) {
+    const int error = calibration_match(calibration, state, accept, message);
+    if (error != ERROR_MISMATCH || !calibration->has_origin || !is_accepted(call, text)) {
+        return error;
+    }
+    struct calibration_match_state assumed = *state;
+    calibration_match_assume(calibration, &assumed);
+    const int rest = calibration_match(calibration, &assumed, accept, message);
+    if (rest == ERROR_OK) {
+        (void)calibration_match(calibration, state, NULL, message);
+        reply_text(call, "accepted_mismatch", message->text);
+    }
+    return rest;
 }
 
 /// A read of a file as a job for the disk writer.
@@ -95,7 +146,7 @@ void commands_calibration_instrument(const struct command_call *call,
 }
 
 /// Sets the calibration of a pair from the saved text and compares it with the pair's axes.
-static int use_saved(const struct calibration_text *text,
+static int use_saved(const struct command_call *call, const struct calibration_text *text,
                      const struct calibration_match_state *state, const char *accept,
                      struct captured_pair *captured, struct message *message) {
     struct calibration calibration;
@@ -109,7 +160,7 @@ static int use_saved(const struct calibration_text *text,
     INVARIANT(length > 0);
     captured->calibration_length = (size_t)length;
     captured->calibration_own = zoom_calibration_is_text(text->data, text->length);
-    return calibration_match(&calibration, state, accept, message);
+    return match_saved(call, text, &calibration, state, accept, message);
 }
 
 static bool has_open_play(const struct rig *rig, unsigned side, enum lens_axis axis) {
@@ -154,7 +205,8 @@ int commands_calibration_of_pair(const struct command_call *call, struct capture
     } else {
         calibration_match_pair(call->rig->profile.name, &captured->instrument, &captured->pair,
                                &state);
-        error = use_saved(text, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, captured, &message);
+        error = use_saved(call, text, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, captured,
+                          &message);
     }
     free(text);
     if (error != ERROR_OK && error != ERROR_MEMORY && accepted) {
@@ -207,8 +259,8 @@ int commands_calibration_saved(const struct command_call *call,
     }
     error = calibration_at_pair("the saved calibration", text->data, text->length, state,
                                 calibration, message);
+    error = error == ERROR_OK ? match_saved(call, text, calibration, state, NULL, message) : error;
     free(text);
-    error = error == ERROR_OK ? calibration_match(calibration, state, NULL, message) : error;
     return error == ERROR_SIZE_MISMATCH ? ERROR_OK : error;
 }
 
@@ -237,23 +289,60 @@ static void take_rig(const struct zoom_calibration *zoom, struct calibration *of
     }
 }
 
-int commands_calibration_check_rig(const struct command_call *call,
-                                   const struct zoom_calibration *zoom) {
+/// The same of a text, of one state or of all zooms.
+static int read_rig(const struct calibration_text *text, struct calibration *of_rig,
+                    struct message *message) {
+    static const char name[] = "the saved calibration";
+    struct zoom_calibration *zoom = NULL;
+    if (!zoom_calibration_is_text(text->data, text->length)) {
+        struct calibration_match_state state = {.width_px = {0}};
+        const int error = calibration_at(name, text->data, text->length, of_rig, message);
+        calibration_match_assume(of_rig, &state);
+        of_rig->origin = state.origin;
+        return error;
+    }
+    const int error = calibration_at_read_zoom(name, text->data, text->length, &zoom, message);
+    if (error == ERROR_OK) {
+        take_rig(zoom, of_rig);
+        free(zoom);
+    }
+    return error;
+}
+
+int commands_calibration_check_rig(const struct command_call *call, bool *accepted) {
     struct calibration_match_state state;
     struct calibration of_rig;
     struct message message;
-    if (call->rig->state != RIG_READY) {
-        return ERROR_OK;
+    int error;
+    struct calibration_text *text = load_saved(call, &error);
+    if (text == NULL || call->rig->state != RIG_READY) {
+        free(text);
+        return error;
     }
-    take_rig(zoom, &of_rig);
+    error = read_rig(text, &of_rig, &message);
+    if (error != ERROR_OK) {
+        free(text);
+        return command_fail(call, error, "%s", message.text);
+    }
     commands_calibration_now(call, &state);
-    return calibration_match(&of_rig, &state, NULL, &message) == ERROR_MISMATCH
-               ? command_fail(call, ERROR_MISMATCH, "%s (\"calibration set\" that of this one)",
-                              message.text)
-               : ERROR_OK;
+    const bool fits = calibration_match(&of_rig, &state, NULL, &message) != ERROR_MISMATCH;
+    const bool usable = fits || is_accepted(call, text);
+    free(text);
+    if (!usable) {
+        return command_fail(call, ERROR_MISMATCH,
+                            "%s (\"calibration set\" that of this one, or accept it with "
+                            "\"calibration set FILE " CAPTURE_ACCEPT_WORD "\")",
+                            message.text);
+    }
+    if (!fits && !*accepted) {
+        *accepted = true;
+        reply_text(call, "accepted_mismatch", message.text);
+    }
+    return ERROR_OK;
 }
 
-int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom) {
+int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom,
+                              bool *accepted) {
     struct message message;
     int error;
     struct calibration_text *text = load_saved(call, &error);
@@ -272,7 +361,7 @@ int commands_calibration_zoom(const struct command_call *call, struct zoom_calib
     if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
     }
-    error = commands_calibration_check_rig(call, *zoom);
+    error = commands_calibration_check_rig(call, accepted);
     if (error != ERROR_OK) {
         free(*zoom);
         *zoom = NULL;
@@ -514,6 +603,8 @@ static int set_text(const struct command_call *call, const char *name,
         return error;
     }
     error = commands_store_save(call, STORE_CALIBRATION, text->data, text->length);
+    error = error == ERROR_OK ? save_accepted(call, text, command_is_set(&call->values[ACCEPT]))
+                              : error;
     if (error != ERROR_OK) {
         return command_fail_store(call, error, "calibration", "save to");
     }

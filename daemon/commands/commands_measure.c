@@ -39,6 +39,7 @@ struct measuring {
     char why[MESSAGE_BYTES];     // of the last step that failed
     uint64_t begin_us;           // rig's clock
     bool space_checked;
+    bool accepted;       // the calibration is of another instrument, which was accepted
     bool plan;           // nothing is carried out
     double distance_mm;  // of the subject, for a plan
     bool request_noted;
@@ -146,6 +147,7 @@ static void look(struct measuring *self) {
     self->run->captured = last_pair_use(&daemon_of(self->call)->last_pair);
     INVARIANT(self->run->captured != NULL);  // this thread has just taken it
     measure_look_prepare(&self->step, self->run->captured->pair.frame, &self->run->request);
+    self->run->request.accept_mismatch = self->accepted;
     run_surface(self);
     if (self->event.error == ERROR_OK &&
         !measure_look_at(&self->run->job.context, self->run->source.pair.pair.frame, &self->machine,
@@ -167,6 +169,7 @@ static void surface(struct measuring *self) {
     struct reconstruct_request request;
     bool too_large = true;
     measure_request_surface(&self->step, &request);
+    request.accept_mismatch = self->accepted;
     while (too_large) {
         note_surface(self, &request);
         if (!begin_run(self)) {
@@ -208,8 +211,7 @@ static int check_ready(struct measuring *self) {
         return ERROR_OK;
     }
     self->space_checked = true;
-    const int error =
-        self->zoom != NULL ? commands_calibration_check_rig(self->call, self->zoom) : ERROR_OK;
+    const int error = commands_calibration_check_rig(self->call, &self->accepted);
     return error != ERROR_OK ? error : space_check_frames(self->call, &frames);
 }
 
@@ -290,21 +292,18 @@ static int drive(struct measuring *self, const struct measure_request *request) 
 // away from.
 static int load_calibration(struct measuring *self, const struct measure_request *request) {
     const struct command_call *call = self->call;
-    const int error = commands_calibration_zoom(call, &self->zoom);
+    const int error = commands_calibration_zoom(call, &self->zoom, &self->accepted);
     if (error != ERROR_MISSING) {
         return error;
     }
     self->zoom = NULL;
-    char *text = malloc(STORE_CALIBRATION_BYTES);
-    size_t length = 0;
-    const int missing = daemon_of(call)->store == NULL ? ERROR_MISSING
-                        : text == NULL                 ? ERROR_MEMORY
-                                       : commands_store_load(call, STORE_CALIBRATION, text,
-                                                             STORE_CALIBRATION_BYTES, &length);
-    free(text);
-    if (missing != ERROR_OK) {
+    const int missing = commands_calibration_check_rig(call, &self->accepted);
+    if (missing == ERROR_MISSING) {
         return command_fail(call, missing,
                             "measure: no calibration is saved (\"calibration set FILE\" first)");
+    }
+    if (missing != ERROR_OK) {
+        return missing;
     }
     if (request->wish != MEASURE_WISH_SUBJECT || request->has_place) {
         return command_fail(call, ERROR_MISSING,

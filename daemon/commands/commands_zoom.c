@@ -348,7 +348,7 @@ static int run_query(struct zoom_query *self) {
 int commands_zoom_run(const struct command_call *call) {
     const struct command_value *values = call->values;
     struct zoom_query query = {.call = call};
-    bool is_query = false;
+    bool is_query = false, accepted = false;
     for (int i = COMMANDS_ZOOM_DENSITY; i < COMMANDS_ZOOM_ARGUMENTS; i++) {
         is_query = is_query || values[i].given;
     }
@@ -356,7 +356,8 @@ int commands_zoom_run(const struct command_call *call) {
         return command_give_rig(call, call->line, call->reply);
     }
     int error = check(call, &query.has_wish);
-    error = error == ERROR_OK ? commands_calibration_zoom(call, &query.calibration) : error;
+    error =
+        error == ERROR_OK ? commands_calibration_zoom(call, &query.calibration, &accepted) : error;
     if (error != ERROR_OK) {
         return error;
     }

@@ -94,6 +94,9 @@ void measure_request_print_surface(const struct reconstruct_request *request,
     if (request->scale < 1) {
         append(text, " scale=%.6g", request->scale);
     }
+    if (request->accept_mismatch) {
+        append(text, " accept-mismatch=yes");
+    }
 }
 
 const struct command_argument measure_request_arguments[MEASURE_REQUEST_ARGUMENTS] = {

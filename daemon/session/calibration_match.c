@@ -278,6 +278,16 @@ int calibration_match(const struct calibration *calibration,
     return error;
 }
 
+void calibration_match_assume(const struct calibration *calibration,
+                              struct calibration_match_state *state) {
+    const struct calibration_origin *made = &calibration->origin;
+    memcpy(state->origin.instrument, made->instrument, sizeof made->instrument);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        memcpy(state->origin.side[side].camera, made->side[side].camera,
+               sizeof made->side[side].camera);
+    }
+}
+
 bool calibration_match_is_partial(const struct calibration *calibration,
                                   const struct calibration_origin *now) {
     for (int side = 0; side < RIG_SIDES; side++) {

@@ -53,6 +53,11 @@ int calibration_match(const struct calibration *calibration,
                       const struct calibration_match_state *state, const char *accept,
                       struct message *message);
 
+/// Gives a state the calibration's instrument and cameras, where those that differ were accepted,
+/// so that the rest can be compared.
+void calibration_match_assume(const struct calibration *calibration,
+                              struct calibration_match_state *state);
+
 /// Whether an axis is known on one side only, so that it cannot be compared.
 bool calibration_match_is_partial(const struct calibration *calibration,
                                   const struct calibration_origin *now);

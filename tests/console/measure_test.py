@@ -41,10 +41,10 @@ class Measure(DaemonTest):
             self.assertIn(word, answer["message"])
         return answer["result"]
 
-    def calibrate(self, text=TEXT):
+    def calibrate(self, text=TEXT, accept=""):
         with open(os.path.join(self.files, "instrument.zoom"), "wb") as file:
             file.write(text)
-        self.works("calibration set instrument.zoom")
+        self.works(f"calibration set instrument.zoom {accept}")
 
     def ready(self):
         self.calibrate()
@@ -101,8 +101,14 @@ class Measure(DaemonTest):
         width, height = view["width"] // 2, view["height"]
         self.refused(f"measure placed fit=500 at={2 * width},0", "RANGE", f"{2 * width} x {height} px")
         # Right of the middle of both halves: half of the way to the edge of a view 500 mm wide.
+        self.calibrate(of_another_rig(), "accept-mismatch=yes")
         placed = self.works(f"measure placed fit=250 quick=yes at={width + 3 * width // 4},{height // 2}")
         self.assertIn("at=", placed["wish"])
+        self.assertIn('made with "other"', placed["accepted_mismatch"])
+        with open(os.path.join(self.files, placed["result"], "result.json"), encoding="utf-8") as file:
+            self.assertIn('made with \\"other\\"', file.read())
+        with open(os.path.join(self.files, "placed", "session.index"), encoding="ascii") as file:
+            self.assertRegex(file.read(), "#%20measure%20surface%20.*%20accept-mismatch=yes")
         aims = [step["step"] for step in placed["steps"] if step["step"].startswith("aim")]
         self.assertEqual(len(aims), 1, placed["steps"])
         right_mm = float(re.search(r"(-?[\d.]+) mm to the right", aims[0]).group(1))
