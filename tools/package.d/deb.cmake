@@ -4,7 +4,12 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
-set(CPACK_COMPONENTS_ALL tools daemon simrig library development)
+set(CPACK_COMPONENTS_ALL tools daemon simrig library development python)
+# The Python module is a build of its own, of the folder $VERGENCE_PYTHON_BUILD.
+set(python_build $ENV{VERGENCE_PYTHON_BUILD})
+list(GET CPACK_INSTALL_CMAKE_PROJECTS 0 build)
+list(APPEND CPACK_INSTALL_CMAKE_PROJECTS ${python_build} vergence_python ALL /)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${build}/library)
 set(CPACK_SET_DESTDIR ON)
 set(CPACK_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -72,3 +77,15 @@ set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "stereo measurement from two cameras (d
 ${about}
 
 This package has the header, and the files for pkg-config and CMake.")
+
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-vergence)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "libvergence1 (= ${version}), $ENV{VERGENCE_PYTHON_DEPENDS}, python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-tqdm, python3-distributed")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA "${CMAKE_CURRENT_LIST_DIR}/python/postinst"
+    "${CMAKE_CURRENT_LIST_DIR}/python/prerm")
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "stereo measurement from two cameras (Python)
+${about}
+
+This package has the Python package vergence.")

@@ -17,7 +17,7 @@ from pairs import RECTIFIED, VERGENCE, make_pair
 
 SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 BUILD = pathlib.Path(VERGENCE).parents[1]
-NAMES = ("libvergence-dev", "libvergence1", "vergence", "vergence-daemon", "vergence-simrig")
+NAMES = ("libvergence-dev", "libvergence1", "python3-vergence", "vergence", "vergence-daemon", "vergence-simrig")
 USER, HOME = "1000", "/srv/someone"
 
 PROGRAM = r"""
@@ -90,6 +90,18 @@ class Packages(unittest.TestCase):
         call("gcc", self.folder / "user.c", f"-I{self.root}/usr/include", f"-L{libraries}", "-lvergence",
              "-Wl,--allow-shlib-undefined", "-o", self.home / "user")
         self.assertIn(version, self.use("./user"))
+
+    def test_the_python_package_is_the_system_s(self):
+        result = json.loads(self.use("python3", "-c", """if True:
+            import json, numpy, vergence as v
+            s = v.reconstruct("left.png", "right.png", rectified=True, focal_px=500, baseline_mm=100, disparity=(0, 48))
+            s.write("by_python", files=["disparity.pfm", "result.json"])
+            print(json.dumps([v.__version__, v.__file__, len(s.points_mm)]))"""))
+        self.assertEqual(result[1], "/usr/lib/python3/dist-packages/vergence/__init__.py")
+        self.assertIn(f"Version: {result[0]}", call("dpkg-deb", "--field", self.packages["vergence"]))
+        self.assertGreater(result[2], 10000)
+        self.use("vergence", "reconstruct", "left.png", "right.png", *RECTIFIED, "--out", "by_program")
+        self.assertEqual(*[(self.home / f"by_{one}/disparity.pfm").read_bytes() for one in ("python", "program")])
 
     def test_a_tag_of_another_version_is_refused(self):
         clone = self.folder / "clone"
