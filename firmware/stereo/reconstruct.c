@@ -200,7 +200,7 @@ size_t reconstruct_need_bytes(const struct calibration *calibration, int bits,
                                arena_need_bytes((size_t)height, sizeof(struct rectify_span))) +
                           arena_need_bytes(1, sizeof(struct pictures)) +
                           (has_rings(options) ? making : 0);
-    size_t after = subpixel_need_bytes(width, height, threads);
+    size_t after = subpixel_need_bytes(width, threads);
     after = larger(after, row_residual_need_bytes());
     after = larger(after, options->fill ? fill_need_bytes(width, height) : 0);
     after =

@@ -183,8 +183,7 @@ static uint32_t digest_refine(void) {
         make_pair(9 + i, 3);
         const struct match_options options = match_default_options(0, 16);
         match_pair(&options);
-        const size_t needed[2] = {subpixel_need_bytes(PAIR_WIDTH, PAIR_HEIGHT, 1),
-                                  row_residual_need_bytes()};
+        const size_t needed[2] = {subpixel_need_bytes(PAIR_WIDTH, 1), row_residual_need_bytes()};
         const size_t bytes = (needed[0] > needed[1] ? needed[0] : needed[1]);
         void *memory = must_have(bytes);
         struct arena working;
