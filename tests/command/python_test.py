@@ -147,6 +147,16 @@ class Arrays(Fixture):
                                    (-0.04, 12, "0 +- 12"), (5.25, 0.0, "5.25 +- 0")):
             self.assertEqual(str(v.Measured(value, sigma, None)), text)
 
+    def test_open3d_takes_the_mesh(self):
+        try:
+            import open3d  # noqa: F401
+        except ImportError:
+            self.skipTest("requires open3d (pip install open3d)")
+        mesh = self.s.to_open3d()
+        numpy.testing.assert_allclose(numpy.asarray(mesh.vertices), self.s.points_mm)
+        self.assertEqual(len(mesh.triangles), len(self.s.mesh().triangles))
+        numpy.testing.assert_allclose(numpy.asarray(mesh.vertex_colors) * 255, self.s.colours, atol=1e-6)
+
     def test_truth(self):
         cv2.imwrite(str(self.directory / "truth.pfm"), self.truth)
         for truth in (self.truth, self.directory / "truth.pfm"):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`tools/package deb` of this build: lintian finds no error, and in a fresh Debian 12 the packages bring what they
-need, and an ordinary user measures with them. Requires root, mmdebstrap, and Debian's servers."""
+"""`tools/package` of this build: lintian finds no error, and in a fresh Debian 12 the packages bring what they need,
+and an ordinary user measures with them, or with the wheel. Requires root, mmdebstrap, and Debian's servers."""
 import json
 import os
 import pathlib
@@ -102,6 +102,22 @@ class Packages(unittest.TestCase):
         self.assertGreater(result[2], 10000)
         self.use("vergence", "reconstruct", "left.png", "right.png", *RECTIFIED, "--out", "by_program")
         self.assertEqual(*[(self.home / f"by_{one}/disparity.pfm").read_bytes() for one in ("python", "program")])
+
+    def test_a_wheel_brings_its_libraries(self):
+        name = call(SOURCE / "tools/package", "--build", BUILD, "--out", self.folder / "wheels", "wheel").strip()
+        self.assertRegex(name, r"^vergence-[0-9.]+-cp3\d+-.*-manylinux_2_\d+_")
+        unpacked = self.home / "wheel"
+        shutil.unpack_archive(self.folder / "wheels" / name, unpacked, "zip")
+        call("dpkg", "--root", self.root, "--remove", "--force-depends", "libvergence1")
+        try:
+            printed = self.use("env", f"PYTHONPATH={HOME}/wheel", "python3", "-c", """if True:
+                import vergence as v
+                s = v.reconstruct("left.png", "right.png", rectified=True, disparity=(0, 48))
+                print(v.__file__, [line.split()[-1] for line in open("/proc/self/maps") if "libvergence" in line][0])""")
+        finally:
+            call("dpkg", "--root", self.root, "--install", self.packages["libvergence1"])
+        self.assertEqual(printed.split()[0], f"{HOME}/wheel/vergence/__init__.py")
+        self.assertIn(f"{HOME}/wheel/vergence.libs/libvergence", printed.split()[1])
 
     def test_a_tag_of_another_version_is_refused(self):
         clone = self.folder / "clone"
