@@ -44,7 +44,9 @@ int match_mean_lanes(const struct match_level *level) {
 // many, the more disparities there are.
 static int lanes_in_memory(const struct match_level *level) {
     const int mean = match_mean_lanes(level);
-    const int part = padded_lanes(TUNE_WINDOW_MEMORY * level->lanes / 8);
+    const int wide = padded_lanes(TUNE_WINDOW_MEMORY * level->lanes / 8);
+    const int most = TUNE_WINDOW_MEAN * level->state->method->lanes;
+    const int part = match_searches_everything(level) || wide < most ? wide : most;
     return part > mean ? part : mean;
 }
 

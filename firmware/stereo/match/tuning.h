@@ -44,6 +44,7 @@ enum {
     TUNE_P2_MIN_COARSER = 45,       // cost: at least, on coarser levels; less loses steep surfaces
     // Levels and windows (pyramid.c).
     TUNE_SEARCH_ALL_SHIFT = 2,      // halvings: a level of 1/2^n of the width or less searches everything
+    TUNE_WINDOW_MEAN = 2,           // times the mean window of a preset: for no more there is memory
     TUNE_WINDOW_MEMORY = 3,         // 1/8: of the disparities of all columns, for which there is memory
     // Slopes (pyramid.c): 1/256 disparities a pixel.
     TUNE_SLOPE_AROUND = 4,          // coarser pixels around a tile that its slope is taken from
