@@ -59,6 +59,7 @@ static void choose_options(struct reconstruct_job *job) {
     options->refine = !request->no_refine;
     // Only the host's writers, and callers without any, read the surface as a whole.
     options->recompute_surface = job->program->make_mesh == NULL && request->out_path != NULL;
+    options->remake_pictures = options->recompute_surface;
     if (request->preset >= 0) {
         options->preset = (enum match_preset)request->preset;
     }

@@ -22,11 +22,9 @@ static struct free_space need_of(const struct reconstruct_context *context,
                                  const struct reconstruct_program *program, const char *list,
                                  const struct rectify_plan *plan, bool mesh) {
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
-    const int bits =
-        context->left.bits > context->right.bits ? context->left.bits : context->right.bits;
-    struct free_space need = {.memory_bytes =
-                                  reconstruct_need_bytes(context->calibration, bits, plan,
-                                                         context->options, context->threads)};
+    struct free_space need = {.memory_bytes = reconstruct_need_bytes(
+                                  &context->left, &context->right, context->calibration, plan,
+                                  context->options, context->threads)};
     for (int i = 0; i < RESULT_FORMATS; i++) {
         const struct result_format *format = &result_formats[i];
         if (program->writers[i] != NULL && result_format_listed(list, format->file_name) &&

@@ -94,7 +94,8 @@ static void develop_row(const struct rows *rows, int y, uint16_t *rgb, int32_t *
     const struct raw_image *raw = develop->raw;
     const uint16_t largest = (uint16_t)((1U << raw->bits) - 1);
     uint8_t *grey = image_u8_row(rows->grey, y - rows->begin);
-    uint8_t *colour = image_rgb8_row(rows->colour, y - rows->begin);
+    uint8_t *colour =
+        rows->colour->data != NULL ? image_rgb8_row(rows->colour, y - rows->begin) : NULL;
     const uint16_t *row = raw->data + (ptrdiff_t)y * raw->stride;
     if (raw->layout == RAW_BAYER_GRBG) {
         const struct image_u16 mosaic = {(uint16_t *)(uintptr_t)raw->data, raw->width_px,
@@ -107,9 +108,11 @@ static void develop_row(const struct rows *rows, int y, uint16_t *rgb, int32_t *
         for (int c = 0; c < CHANNELS; c++) {
             const uint16_t value = raw->layout == RAW_GREY ? row[x] : row[CHANNELS * x + c];
             pixel[c] = value < largest ? value : largest;
-            colour[CHANNELS * x + c] = develop->balanced[c][pixel[c]];
         }
         grey[x] = develop->tone[luma(pixel)];
+        for (int c = 0; c < CHANNELS && colour != NULL; c++) {
+            colour[CHANNELS * x + c] = develop->balanced[c][pixel[c]];
+        }
     }
 }
 

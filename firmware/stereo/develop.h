@@ -48,7 +48,8 @@ int develop_begin(struct develop_state *develop, const struct raw_image *raw,
                   const struct develop_balance *balance, int threads, struct arena *arena);
 
 /// Develops the rows from `begin` on into `grey` and `colour`, which have as many rows as are
-/// wanted and the raw image's width. `parallel` has at most the threads of develop_begin.
+/// wanted and the raw image's width; `colour` may have no data. `parallel` has at most the threads
+/// of develop_begin.
 void develop_rows(const struct develop_state *develop, const struct parallel *parallel, int begin,
                   struct image_u8 *grey, struct image_rgb8 *colour);
 

@@ -100,6 +100,7 @@ static int begin_side(struct pictures *pictures, struct picture_side *side,
 int pictures_begin(struct pictures *pictures, const struct rectify_plan *plan,
                    const struct calibration *calibration, struct arena *arena) {
     pictures->sides = 2;
+    pictures->in_colour = true;
     pictures->begin = pictures->end = 0;
     pictures->coordinates_q16 =
         arena_take(arena, (size_t)pictures->parallel->threads * 2 * (size_t)plan->width_px,
@@ -123,6 +124,37 @@ int pictures_begin(struct pictures *pictures, const struct rectify_plan *plan,
     return error;
 }
 
+size_t pictures_ahead_need_bytes(const struct rectify_plan *plan,
+                                 const struct calibration *calibration, int ring_rows) {
+    size_t bytes = 2 * arena_need_bytes((size_t)plan->width_px * (size_t)ring_rows, 1);
+    for (int i = 0; i < 2; i++) {
+        const enum rectify_side side = i == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT;
+        const struct lens *lens = i == 0 ? &calibration->left : &calibration->right;
+        const int rows = strip_rows_of(plan, calibration, side, lens->height_px);
+        bytes += arena_need_bytes((size_t)lens->width_px * (size_t)rows, 1);
+    }
+    return bytes;
+}
+
+int pictures_begin_ahead(const struct pictures *pictures, int ring_rows, struct arena *arena,
+                         struct pictures *ahead) {
+    *ahead = *pictures;
+    ahead->develop_us = ahead->rectify_us = 0;
+    bool taken = true;
+    for (int i = 0; i < 2; i++) {
+        struct picture_side *side = &ahead->side[i];
+        const size_t width = (size_t)side->grey.width;
+        side->grey.data = arena_take(arena, width * (size_t)ring_rows, 1);
+        side->grey.ring_rows = ring_rows;
+        side->strip.grey.data =
+            arena_take(arena, (size_t)side->raw.width_px * (size_t)side->strip_rows, 1);
+        taken = taken && side->grey.data != NULL && side->strip.grey.data != NULL;
+    }
+    pictures_want(ahead, 2, true);
+    pictures_want(ahead, 2, false);
+    return taken ? ERROR_OK : ERROR_MEMORY;
+}
+
 // Develops rows [first, last] of the raw image where they are not there, as many as there is memory
 // for, and more if there is. Rows that are still needed move to the front.
 static void develop(struct pictures *pictures, struct picture_side *side, int first, int last) {
@@ -136,15 +168,17 @@ static void develop(struct pictures *pictures, struct picture_side *side, int fi
         const int moved = first - strip->begin;
         memmove(strip->grey.data, strip->grey.data + moved * strip->grey.stride,
                 (size_t)(kept * strip->grey.stride));
-        memmove(strip->colour.data, strip->colour.data + moved * strip->colour.stride,
-                (size_t)(kept * strip->colour.stride));
+        if (pictures->in_colour) {
+            memmove(strip->colour.data, strip->colour.data + moved * strip->colour.stride,
+                    (size_t)(kept * strip->colour.stride));
+        }
     }
     strip->begin = first;
     strip->end = smaller(first + side->strip_rows, side->raw.height_px);
     struct image_u8 grey = strip->grey;
     struct image_rgb8 colour = strip->colour;
     grey.data += kept * grey.stride;
-    colour.data += kept * colour.stride;
+    colour.data = pictures->in_colour ? colour.data + kept * colour.stride : NULL;
     grey.height = colour.height = strip->end - first - kept;
     develop_rows(&side->develop, pictures->parallel, first + kept, &grey, &colour);
 }
@@ -165,7 +199,9 @@ static void rectify_part(void *context, int index) {
     part_rows(index, chunk->pictures->parallel->threads, chunk->begin, chunk->end, &first, &last);
     for (int y = first; y < last; y++) {
         uint8_t *grey = image_u8_row(&side->grey, y);
-        uint8_t *colour = side->colour.data != NULL ? image_rgb8_row(&side->colour, y) : NULL;
+        uint8_t *colour = chunk->pictures->in_colour && side->colour.data != NULL
+                              ? image_rgb8_row(&side->colour, y)
+                              : NULL;
         if (chunk->is_first) {
             memset(grey, 0, width);
         }
@@ -202,8 +238,21 @@ static void make_chunk(struct pictures *pictures, struct picture_side *side, int
     } while (side->strip.end <= extent.last);
 }
 
+void pictures_want(struct pictures *pictures, int sides, bool in_colour) {
+    if (pictures->sides == sides && pictures->in_colour == in_colour) {
+        return;
+    }
+    pictures->sides = sides;
+    pictures->in_colour = in_colour;
+    pictures->begin = pictures->end = 0;
+    for (int i = 0; i < 2; i++) {
+        pictures->side[i].strip.begin = pictures->side[i].strip.end = 0;
+    }
+}
+
 void pictures_rows(struct pictures *pictures, int begin, int end) {
-    const int ring_rows = pictures->side[0].grey.ring_rows;
+    const int ring_rows =
+        pictures->in_colour ? pictures->side[0].colour.ring_rows : pictures->side[0].grey.ring_rows;
     INVARIANT(begin >= 0 && begin <= end && end <= pictures->side[0].table.height_px);
     INVARIANT(ring_rows == 0 || end - begin <= ring_rows);
     if (begin < pictures->begin || begin > pictures->end) {

@@ -20,8 +20,9 @@
 extern "C" {
 #endif
 
-/// One camera's picture. `grey` and `colour` are whole, or rings of the same number of rows;
-/// `colour` may have no data.
+/// One camera's picture, whole or in rings, of as many rows as the other camera's; the ring of
+/// `colour` may be smaller than that of `grey`, and the right one have no data if colour is wanted
+/// of the left one alone.
 struct picture_side {
     struct raw_image raw;
     struct image_u8 grey;
@@ -37,6 +38,7 @@ struct picture_side {
 struct pictures {
     struct picture_side side[2];
     int sides;       // 2; 1: only the left one is wanted
+    bool in_colour;  // whether colour is wanted, too
     int begin, end;  // the rows that are there
     const struct parallel *parallel;
     int32_t *coordinates_q16;         // 2 * width values per part
@@ -54,6 +56,19 @@ size_t pictures_need_bytes(const struct rectify_plan *plan, const struct calibra
 /// rows are asked for. ERROR_MEMORY, and the errors of the tables and of development.
 int pictures_begin(struct pictures *pictures, const struct rectify_plan *plan,
                    const struct calibration *calibration, struct arena *arena);
+
+/// Memory that `pictures_begin_ahead` takes.
+size_t pictures_ahead_need_bytes(const struct rectify_plan *plan,
+                                 const struct calibration *calibration, int ring_rows);
+
+/// Prepares to make the rows of the same pair at a second place, in grey, into rings of `ring_rows`
+/// rows, while `pictures` lives; not both at the same time. ERROR_MEMORY.
+int pictures_begin_ahead(const struct pictures *pictures, int ring_rows, struct arena *arena,
+                         struct pictures *ahead);
+
+/// From now on only the left side is wanted, or both, and only grey, or colour too. Where that
+/// changes no row is there any more.
+void pictures_want(struct pictures *pictures, int sides, bool in_colour);
 
 /// Makes rows [begin, end) of both sides, if they are not there. As many rows before `end` as the
 /// rings have stay; end - begin is no larger. Cheap in ascending order.

@@ -12,6 +12,8 @@
 #include "stereo/row_residual.h"
 #include "stereo/surface.h"
 
+_Static_assert((int)ROW_RESIDUAL_AROUND > (int)SUBPIXEL_LATE_ROWS, "a sample reads a final match");
+
 enum {
     // Used where the fit gives no prediction of its own: the accuracy of the winner's parabola.
     UNREFINED_SIGMA_Q8 = 64,
@@ -19,6 +21,10 @@ enum {
     // leave up to 7 % (measured); matching pairs more than 85 %.
     SURFACE_SHARE = 10,
     RECTIFY_ROWS = 64,  // rows between two reports of progress
+    LOOK_ROWS = 32,     // rows of the last look at both images
+    // Rows of the images that the last look needs above those that are new.
+    LOOK_ABOVE_ROWS = 2 * ROW_RESIDUAL_AROUND,
+    OUTPUT_ROWS = 64,  // of the left picture in colour in memory for who asks for its rows
 };
 
 const char *reconstruct_stage_text(enum reconstruct_stage stage) {
@@ -51,6 +57,7 @@ struct run {
     struct arena *arena;
     struct reconstruct_result *result;
     struct pictures *pictures;
+    struct pictures ahead;  // for the coarser levels of the matcher
     uint64_t stage_begin_us;
     uint64_t pictures_us;  // spent on pictures before the stage
     size_t peak_bytes;     // peak of the stages before
@@ -77,7 +84,9 @@ static bool report(const struct run *run, enum reconstruct_stage stage, int done
 
 // Time spent so far on pictures, which any stage may ask for.
 static uint64_t pictures_us(const struct run *run) {
-    return run->pictures == NULL ? 0 : run->pictures->develop_us + run->pictures->rectify_us;
+    return run->pictures == NULL ? 0
+                                 : run->pictures->develop_us + run->pictures->rectify_us +
+                                       run->ahead.develop_us + run->ahead.rectify_us;
 }
 
 static int begin_stage(struct run *run, enum reconstruct_stage stage) {
@@ -111,7 +120,7 @@ static int picture_rows(const struct rectify_plan *plan, const struct reconstruc
         return plan->height_px;
     }
     const struct match_options match = reconstruct_match_options(plan, options);
-    return smaller(match_rows_kept(plan->width_px, plan->height_px, &match, threads),
+    return smaller(match_rows_kept(plan->width_px, plan->height_px, &match, threads).kept,
                    plan->height_px);
 }
 
@@ -121,18 +130,37 @@ static bool take_u8(struct arena *arena, int width, int height, struct image_u8 
     return image->data != NULL;
 }
 
-// The pictures of a side, of which `rows` are in memory.
-static bool take_side(const struct run *run, int rows, struct picture_side *side) {
-    const int width = run->result->plan.width_px;
-    const int height = run->result->plan.height_px;
-    const int ring_rows = rows < height ? rows : 0;
-    const size_t pixels = (size_t)width * (size_t)rows;
+// Of grey raw images colour shows nothing more, and is not matched.
+static bool is_coloured(const struct raw_image *left, const struct raw_image *right) {
+    return left->layout != RAW_GREY || right->layout != RAW_GREY;
+}
+
+// Rows of a side's picture in colour that are in memory, if `rows` of the grey one are.
+static int colour_rows(const struct rectify_plan *plan, bool coloured, int rows,
+                       enum rectify_side side) {
+    if (rows == plan->height_px || coloured) {
+        return rows;
+    }
+    return side == RECTIFY_LEFT ? smaller(rows, OUTPUT_ROWS) : 0;
+}
+
+static bool take_side(const struct run *run, int rows, enum rectify_side which) {
+    struct picture_side *side = &run->pictures->side[which];
+    const struct rectify_plan *plan = &run->result->plan;
+    const int width = plan->width_px;
+    const int height = plan->height_px;
+    const int in_colour = colour_rows(plan, is_coloured(run->raw[0], run->raw[1]), rows, which);
+    side->raw = *run->raw[which];
     side->span = arena_take(run->arena, (size_t)height, sizeof *side->span);
-    side->grey =
-        (struct image_u8){arena_take(run->arena, pixels, 1), width, height, width, ring_rows};
-    side->colour = (struct image_rgb8){arena_take(run->arena, pixels, 3), width, height,
-                                       (ptrdiff_t)3 * width, ring_rows};
-    return side->span != NULL && side->grey.data != NULL && side->colour.data != NULL;
+    side->grey = (struct image_u8){arena_take(run->arena, (size_t)width * (size_t)rows, 1), width,
+                                   height, width, rows < height ? rows : 0};
+    side->colour = (struct image_rgb8){NULL, width, height, (ptrdiff_t)3 * width,
+                                       in_colour < height ? in_colour : 0};
+    if (in_colour > 0) {
+        side->colour.data = arena_take(run->arena, (size_t)width * (size_t)in_colour, 3);
+    }
+    return side->span != NULL && side->grey.data != NULL &&
+           (side->colour.data != NULL || in_colour == 0);
 }
 
 static bool take_pictures(struct run *run) {
@@ -142,12 +170,11 @@ static bool take_pictures(struct run *run) {
     if (run->pictures == NULL) {
         return false;
     }
-    *run->pictures = (struct pictures){.side = {{.raw = *run->raw[0]}, {.raw = *run->raw[1]}},
-                                       .parallel = run->parallel,
+    *run->pictures = (struct pictures){.parallel = run->parallel,
                                        .now_us = run->environment->now_us,
                                        .clock = run->environment->self};
-    struct picture_side *side = run->pictures->side;
-    const bool taken = take_side(run, rows, &side[0]) && take_side(run, rows, &side[1]);
+    const struct picture_side *side = run->pictures->side;
+    const bool taken = take_side(run, rows, RECTIFY_LEFT) && take_side(run, rows, RECTIFY_RIGHT);
     result->left = side[0].grey;
     result->right = side[1].grey;
     result->left_colour = side[0].colour;
@@ -187,32 +214,51 @@ static size_t maps_need_bytes(const struct rectify_plan *plan) {
     return 2 * arena_need_bytes(pixels, 1) + arena_need_bytes(pixels, sizeof(int32_t));
 }
 
-size_t reconstruct_need_bytes(const struct calibration *calibration, int bits,
+size_t reconstruct_need_bytes(const struct raw_image *left, const struct raw_image *right,
+                              const struct calibration *calibration,
                               const struct rectify_plan *plan,
                               const struct reconstruct_options *options, int threads) {
     const int width = plan->width_px;
     const int height = plan->height_px;
     const size_t valid = (size_t)width * (size_t)height;
-    const size_t pixels = (size_t)width * (size_t)picture_rows(plan, options, threads);
+    const int rows = picture_rows(plan, options, threads);
     const struct match_options match = reconstruct_match_options(plan, options);
+    const int bits = left->bits > right->bits ? left->bits : right->bits;
     const size_t making = pictures_need_bytes(plan, calibration, bits, threads);
-    const size_t images = 2 * (arena_need_bytes(pixels, 1) + arena_need_bytes(pixels, 3) +
-                               arena_need_bytes((size_t)height, sizeof(struct rectify_span))) +
-                          arena_need_bytes(1, sizeof(struct pictures)) +
-                          (has_rings(options) ? making : 0);
-    size_t after = subpixel_need_bytes(width, threads);
-    after = larger(after, row_residual_need_bytes());
+    size_t images =
+        arena_need_bytes(1, sizeof(struct pictures)) + (has_rings(options) ? making : 0);
+    for (int side = 0; side < 2; side++) {
+        const int in_colour =
+            colour_rows(plan, is_coloured(left, right), rows, (enum rectify_side)side);
+        images += arena_need_bytes((size_t)width * (size_t)rows, 1) +
+                  arena_need_bytes((size_t)width * (size_t)in_colour, 3) +
+                  arena_need_bytes((size_t)height, sizeof(struct rectify_span));
+    }
+    size_t after = subpixel_need_bytes(width, threads) + row_residual_need_bytes() +
+                   match_repeats_need_bytes(width, threads);
     after = larger(after, options->fill ? fill_need_bytes(width, height) : 0);
     after =
         larger(after, surface_need_bytes(width, height, options->recompute_surface ? 0 : valid));
     after += arena_need_bytes(valid, sizeof(uint16_t));
+    const size_t matching = match_need_bytes(width, &match, threads);
     const size_t before =
-        larger(has_rings(options) ? 0 : making, match_need_bytes(width, &match, threads));
+        has_rings(options) ? matching + pictures_ahead_need_bytes(
+                                            plan, calibration,
+                                            match_rows_kept(width, height, &match, threads).ahead)
+                           : larger(making, matching);
     return maps_need_bytes(plan) + images + larger(before, after);
 }
 
-static void rows_of(void *self, int begin, int end) {
-    pictures_rows(self, begin, end);
+static void rows_of(void *self, enum match_wanted what, int begin, int end) {
+    struct run *run = self;
+    struct pictures *pictures = run->pictures;
+    if (what == MATCH_WANTS_AHEAD) {
+        pictures_rows(&run->ahead, begin, end);
+        return;
+    }
+    pictures_want(pictures, what == MATCH_WANTS_LEFT ? 1 : 2,
+                  what == MATCH_WANTS_COLOUR && pictures->side[RECTIFY_RIGHT].colour.data != NULL);
+    pictures_rows(pictures, begin, end);
 }
 
 // Prepares the pictures, and makes them if they are kept.
@@ -232,17 +278,20 @@ static int rectify(struct run *run) {
     return error;
 }
 
-static struct match_input match_input_of(const struct run *run) {
+static struct match_input match_input_of(struct run *run) {
     const struct reconstruct_result *result = run->result;
+    const bool coloured = is_coloured(run->raw[0], run->raw[1]);
+    const struct image_rgb8 none = {.data = NULL};
     return (struct match_input){.left = result->left,
                                 .right = result->right,
                                 .left_span = result->left_span,
                                 .right_span = result->right_span,
                                 .resampled = !result->plan.identity,
-                                .left_colour = result->left_colour,
-                                .right_colour = result->right_colour,
+                                .left_colour = coloured ? result->left_colour : none,
+                                .right_colour = coloured ? result->right_colour : none,
                                 .rows = has_rings(run->options) ? rows_of : NULL,
-                                .self = run->pictures};
+                                .self = run,
+                                .ahead = {run->ahead.side[0].grey, run->ahead.side[1].grey}};
 }
 
 static bool match_band_done(void *self, int rows_done, int rows) {
@@ -252,47 +301,105 @@ static bool match_band_done(void *self, int rows_done, int rows) {
 static int match(struct run *run) {
     struct reconstruct_result *result = run->result;
     const struct match_options options = reconstruct_match_options(&result->plan, run->options);
+    const size_t mark = arena_mark(run->arena);
+    if (has_rings(run->options)) {
+        const int rows = match_rows_kept(result->plan.width_px, result->plan.height_px, &options,
+                                         run->parallel->threads)
+                             .ahead;
+        const int begun = pictures_begin_ahead(run->pictures, rows, run->arena, &run->ahead);
+        if (begun != ERROR_OK) {
+            return begun;
+        }
+    }
     const struct match_input input = match_input_of(run);
     // A view of the rest of the arena, to measure the matcher's own peak.
     struct arena rest;
     arena_init(&rest, run->arena->base + run->arena->used_bytes,
                run->arena->size_bytes - run->arena->used_bytes);
-    int error =
+    const int error =
         match_run(&input, &options, run->parallel, match_band_done, run, &rest, &result->match);
-    if (error == ERROR_OK && !options.keep_all) {
-        error = match_count_repeats(&input, &options, run->parallel, &rest, &result->match,
-                                    &result->repeating_count);
-    }
     result->match_peak_bytes = rest.peak_bytes;
     const size_t peak = run->arena->used_bytes + rest.peak_bytes;
     run->arena->peak_bytes = larger(run->arena->peak_bytes, peak);
+    arena_release(run->arena, mark);
+    return error;
+}
+
+static void set_unrefined_sigma(struct reconstruct_result *result) {
+    for (int y = 0; y < result->plan.height_px; y++) {
+        const uint8_t *reason = image_u8_row(&result->match.reason, y);
+        uint16_t *sigma_q8 = image_u16_row(&result->sigma_q8, y);
+        for (int x = 0; x < result->plan.width_px; x++) {
+            sigma_q8[x] = reason[x] == REASON_VALID ? UNREFINED_SIGMA_Q8 : 0;
+        }
+    }
+}
+
+// What looks at both images once the matches are final, in one pass over their rows: repeats, of
+// the disparities before the fit, then the fit, then the residual between the rows, of the fitted
+// ones.
+struct last_look {
+    struct match_input input;
+    struct match_options options;
+    struct subpixel fit;
+    struct row_residual residual;
+};
+
+static int begin_last_look(struct run *run, struct last_look *look) {
+    struct reconstruct_result *result = run->result;
+    look->input = match_input_of(run);
+    look->options = reconstruct_match_options(&result->plan, run->options);
+    int error = ERROR_OK;
+    if (run->options->refine) {
+        error = subpixel_begin(&look->fit, &look->input, run->parallel, run->arena, &result->match,
+                               &result->sigma_q8, false);
+    } else {
+        set_unrefined_sigma(result);
+    }
+    return error != ERROR_OK || run->options->skip_rows
+               ? error
+               : row_residual_begin(&look->residual, &look->input, &result->match, run->arena);
+}
+
+// The rows from `begin` on, which those before need, up to `end` are there.
+static int look_at_rows(struct run *run, struct last_look *look, int begin, int end) {
+    struct reconstruct_result *result = run->result;
+    int error = ERROR_OK;
+    if (!look->options.keep_all) {
+        error = match_count_repeats(&look->input, &look->options, run->parallel, run->arena,
+                                    &result->match, begin, end, &result->repeating_count);
+    }
+    if (error == ERROR_OK && run->options->refine) {
+        (void)subpixel_advance(&look->fit, end);
+    }
+    if (error == ERROR_OK && !run->options->skip_rows) {
+        row_residual_add(&look->residual, end);
+    }
     return error;
 }
 
 static int refine(struct run *run) {
     struct reconstruct_result *result = run->result;
+    const int height = result->plan.height_px;
+    struct last_look look;
     if (!take_sigma(run)) {
         return ERROR_MEMORY;
     }
-    const struct match_input input = match_input_of(run);
-    if (run->options->refine) {
-        const int error =
-            subpixel_fit(&input, run->parallel, run->arena, &result->match, &result->sigma_q8);
-        if (error != ERROR_OK) {
-            return error;
-        }
-    } else {
-        for (int y = 0; y < result->plan.height_px; y++) {
-            const uint8_t *reason = image_u8_row(&result->match.reason, y);
-            uint16_t *sigma_q8 = image_u16_row(&result->sigma_q8, y);
-            for (int x = 0; x < result->plan.width_px; x++) {
-                sigma_q8[x] = reason[x] == REASON_VALID ? UNREFINED_SIGMA_Q8 : 0;
-            }
+    const size_t mark = arena_mark(run->arena);
+    int error = begin_last_look(run, &look);
+    for (int y = 0; y < height && error == ERROR_OK; y += LOOK_ROWS) {
+        const int end = smaller(y + LOOK_ROWS, height);
+        match_input_rows(&look.input, MATCH_WANTS_GREY, y - LOOK_ABOVE_ROWS, end);
+        error = look_at_rows(run, &look, y, end);
+        if (error == ERROR_OK && !report(run, RECONSTRUCT_REFINE, end, height)) {
+            error = ERROR_CANCELLED;
         }
     }
-    return run->options->skip_rows
-               ? ERROR_OK
-               : row_residual_measure(&input, &result->match, run->arena, &result->vertical);
+    if (error == ERROR_OK && !run->options->skip_rows) {
+        row_residual_finish(&look.residual, &result->vertical);
+    }
+    arena_release(run->arena, mark);
+    return error;
 }
 
 static void count_reasons(struct reconstruct_result *result) {
@@ -327,11 +434,11 @@ static void end_pictures(struct run *run) {
     if (pictures == NULL) {
         return;
     }
-    result->stage_us[RECONSTRUCT_DEVELOP] += pictures->develop_us;
-    result->stage_us[RECONSTRUCT_RECTIFY] += pictures->rectify_us;
+    result->stage_us[RECONSTRUCT_DEVELOP] += pictures->develop_us + run->ahead.develop_us;
+    result->stage_us[RECONSTRUCT_RECTIFY] += pictures->rectify_us + run->ahead.rectify_us;
     pictures->now_us = NULL;
     if (has_rings(run->options)) {
-        pictures->sides = 1;
+        pictures_want(pictures, 1, true);
         result->pictures = pictures;
         result->left.data = result->right.data = result->right_colour.data = NULL;
     }

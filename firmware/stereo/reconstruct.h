@@ -21,9 +21,11 @@ struct reconstruct_options reconstruct_default_options(void);
 struct match_options reconstruct_match_options(const struct rectify_plan *plan,
                                                const struct reconstruct_options *options);
 
-/// Upper bound of the memory that `reconstruct_run` needs under `plan` for raw images of so many
-/// bits a pixel. `plan` comes from `rectify_plan_make` with the same calibration.
-size_t reconstruct_need_bytes(const struct calibration *calibration, int bits,
+/// Upper bound of the memory that `reconstruct_run` needs under `plan` for these raw images, of
+/// which only layout and bits are read. `plan` comes from `rectify_plan_make` with the same
+/// calibration.
+size_t reconstruct_need_bytes(const struct raw_image *left, const struct raw_image *right,
+                              const struct calibration *calibration,
                               const struct rectify_plan *plan,
                               const struct reconstruct_options *options, int threads);
 

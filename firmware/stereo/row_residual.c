@@ -2,7 +2,8 @@
 // Residual vertical disparity. Matches lie on one row by construction, so the true vertical offset
 // must be measured: windows of a textured sample are aligned in both directions (Gauss-Newton on
 // position, with the mean difference taken out), and offset and slopes are fitted to the vertical
-// parts by reweighted least squares.
+// parts by reweighted least squares. Rows needed: ROW_RESIDUAL_AROUND above and below a sample, of
+// the images; its own of disparities, which are final.
 #include "stereo/row_residual.h"
 
 #include <math.h>
@@ -25,11 +26,7 @@ enum {
     SURFACE_MAX_TERMS = 6,
     WINDOW = (2 * RADIUS + 1) * (2 * RADIUS + 1),
 };
-
-struct sample {
-    int16_t x, y;
-    float vertical_px;
-};
+_Static_assert((int)ROW_RESIDUAL_AROUND > (int)MARGIN, "no sample reads beyond the margin");
 
 static double value_at(const struct image_u8 *image, double x, double y) {
     const int column = (int)x;
@@ -174,7 +171,7 @@ struct surface {
     double factor[SURFACE_MAX_TERMS];
 };
 
-static void basis_at(const struct surface *surface, const struct sample *sample,
+static void basis_at(const struct surface *surface, const struct row_residual_sample *sample,
                      double basis[SURFACE_MAX_TERMS]) {
     const double u = (sample->x - surface->width / 2) / (double)surface->width;
     const double v = (sample->y - surface->height / 2) / (double)surface->height;
@@ -186,7 +183,7 @@ static void basis_at(const struct surface *surface, const struct sample *sample,
     basis[5] = v * v;
 }
 
-static double value_of(const struct surface *surface, const struct sample *sample) {
+static double value_of(const struct surface *surface, const struct row_residual_sample *sample) {
     double basis[SURFACE_MAX_TERMS];
     basis_at(surface, sample, basis);
     INVARIANT(surface->terms <= SURFACE_MAX_TERMS);
@@ -239,7 +236,8 @@ static double quantile(float *work, int count, double share) {
 
 // Reweighted least squares with Cauchy weights; its scale is the residuals' median. Returns that
 // scale.
-static double fit(const struct sample *samples, int count, float *work, struct surface *surface) {
+static double fit(const struct row_residual_sample *samples, int count, float *work,
+                  struct surface *surface) {
     for (int i = 0; i < count; i++) {
         work[i] = samples[i].vertical_px;
     }
@@ -276,8 +274,8 @@ static double fit(const struct sample *samples, int count, float *work, struct s
 }
 
 // The model that triangulation subtracts, and how large it and its curvature are at the samples.
-static void fit_trend(const struct sample *samples, int count, int width, int height, float *work,
-                      struct triangulate_vertical *vertical) {
+static void fit_trend(const struct row_residual_sample *samples, int count, int width, int height,
+                      float *work, struct triangulate_vertical *vertical) {
     struct surface plane = {.terms = PLANE_TERMS, .width = width, .height = height};
     vertical->rms_px = fit(samples, count, work, &plane);
     vertical->offset_px = plane.factor[0];
@@ -295,61 +293,97 @@ static void fit_trend(const struct sample *samples, int count, int width, int he
     vertical->curve_px = quantile(work, count, 0.95);
 }
 
-// The textured matches on a lattice; at most SAMPLES_MAX.
-static int sample_lattice(const struct match_input *input, const struct match_output *output,
-                          int step, struct sample *samples) {
-    int count = 0;
-    for (int y = step / 2; y < input->left.height; y += step) {
-        match_input_rows(input, y - MARGIN, y + MARGIN + 1);
-        for (int x = step / 2; x < input->left.width && count < SAMPLES_MAX; x += step) {
+// Adds the textured matches of the lattice's rows below `end`; at most SAMPLES_MAX.
+static void sample_rows(struct row_residual *residual, int end) {
+    const struct match_input *input = residual->input;
+    for (; residual->next_y < end; residual->next_y += residual->step) {
+        const int y = residual->next_y;
+        const uint8_t *reason = image_u8_row(&residual->output->reason, y);
+        for (int x = residual->step / 2; x < input->left.width && residual->count < SAMPLES_MAX;
+             x += residual->step) {
             double vertical_px;
-            if (image_u8_row(&output->reason, y)[x] == REASON_VALID &&
-                measure(input, output, x, y, &vertical_px)) {
-                samples[count++] = (struct sample){(int16_t)x, (int16_t)y, (float)vertical_px};
+            if (reason[x] == REASON_VALID && measure(input, residual->output, x, y, &vertical_px)) {
+                residual->samples[residual->count++] =
+                    (struct row_residual_sample){(int16_t)x, (int16_t)y, (float)vertical_px};
             }
         }
     }
-    return count;
+}
+
+static void begin_lattice(struct row_residual *residual, int step) {
+    residual->step = step;
+    residual->next_y = step / 2;
+    residual->count = 0;
+}
+
+int row_residual_begin(struct row_residual *residual, const struct match_input *input,
+                       const struct match_output *output, struct arena *arena) {
+    *residual = (struct row_residual){.input = input, .output = output};
+    residual->samples = arena_take(arena, SAMPLES_MAX, sizeof *residual->samples);
+    residual->work = arena_take(arena, SAMPLES_MAX, sizeof *residual->work);
+    // A lattice of at most SAMPLES_MAX positions over the image.
+    int step = STEP_MIN;
+    while ((int64_t)(input->left.width / step + 1) * (input->left.height / step + 1) >
+           SAMPLES_MAX) {
+        step++;
+    }
+    begin_lattice(residual, step);
+    return residual->samples != NULL && residual->work != NULL ? ERROR_OK : ERROR_MEMORY;
+}
+
+void row_residual_add(struct row_residual *residual, int rows) {
+    const int height = residual->input->left.height;
+    sample_rows(residual, rows < height ? rows - ROW_RESIDUAL_AROUND : height);
+}
+
+// A finer lattice if little of the image has texture, for example an object in front of a wall out
+// of focus.
+static void sample_finer(struct row_residual *residual) {
+    const int height = residual->input->left.height;
+    while (residual->count < SAMPLES_MIN && residual->step > STEP_MIN) {
+        begin_lattice(residual, residual->step / 2 > STEP_MIN ? residual->step / 2 : STEP_MIN);
+        while (residual->next_y < height) {
+            const int y = residual->next_y;
+            match_input_rows(residual->input, MATCH_WANTS_GREY, y - ROW_RESIDUAL_AROUND,
+                             y + ROW_RESIDUAL_AROUND);
+            sample_rows(residual, y + 1);
+        }
+    }
+}
+
+void row_residual_finish(struct row_residual *residual, struct triangulate_vertical *vertical) {
+    sample_finer(residual);
+    const int count = residual->count;
+    *vertical = (struct triangulate_vertical){0};
+    if (count < SAMPLES_MIN) {
+        return;
+    }
+    vertical->samples = count;
+    float *work = residual->work;
+    for (int i = 0; i < count; i++) {
+        const float r = residual->samples[i].vertical_px;
+        work[i] = r < 0.0F ? -r : r;
+    }
+    vertical->median_px = quantile(work, count, 0.5);
+    vertical->p95_px = quantile(work, count, 0.95);
+    fit_trend(residual->samples, count, residual->input->left.width, residual->input->left.height,
+              work, vertical);
 }
 
 int row_residual_measure(const struct match_input *input, const struct match_output *output,
                          struct arena *arena, struct triangulate_vertical *vertical) {
-    const int width = input->left.width;
-    const int height = input->left.height;
     const size_t mark = arena_mark(arena);
-    struct sample *samples = arena_take(arena, SAMPLES_MAX, sizeof *samples);
-    float *work = arena_take(arena, SAMPLES_MAX, sizeof *work);
-    if (samples == NULL || work == NULL) {
-        arena_release(arena, mark);
-        return ERROR_MEMORY;
-    }
-    // A lattice of at most SAMPLES_MAX positions over the image; a finer one if little of the image
-    // has texture, for example an object in front of a wall out of focus.
-    int step = STEP_MIN;
-    while ((int64_t)(width / step + 1) * (height / step + 1) > SAMPLES_MAX) {
-        step++;
-    }
-    int count = sample_lattice(input, output, step, samples);
-    while (count < SAMPLES_MIN && step > STEP_MIN) {
-        step = step / 2 > STEP_MIN ? step / 2 : STEP_MIN;
-        count = sample_lattice(input, output, step, samples);
-    }
-    *vertical = (struct triangulate_vertical){0};
-    if (count >= SAMPLES_MIN) {
-        vertical->samples = count;
-        for (int i = 0; i < count; i++) {
-            const float r = samples[i].vertical_px;
-            work[i] = r < 0.0F ? -r : r;
-        }
-        vertical->median_px = quantile(work, count, 0.5);
-        vertical->p95_px = quantile(work, count, 0.95);
-        fit_trend(samples, count, width, height, work, vertical);
+    struct row_residual residual;
+    const int error = row_residual_begin(&residual, input, output, arena);
+    if (error == ERROR_OK) {
+        row_residual_add(&residual, input->left.height);
+        row_residual_finish(&residual, vertical);
     }
     arena_release(arena, mark);
-    return ERROR_OK;
+    return error;
 }
 
 size_t row_residual_need_bytes(void) {
-    return arena_need_bytes(SAMPLES_MAX, sizeof(struct sample)) +
+    return arena_need_bytes(SAMPLES_MAX, sizeof(struct row_residual_sample)) +
            arena_need_bytes(SAMPLES_MAX, sizeof(float));
 }

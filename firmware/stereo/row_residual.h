@@ -10,8 +10,36 @@
 extern "C" {
 #endif
 
-/// Working memory of `row_residual_measure` in bytes.
+enum { ROW_RESIDUAL_AROUND = 11 };  // rows of the images that a sample needs above and below
+
+struct row_residual_sample {
+    int16_t x, y;
+    float vertical_px;
+};
+
+/// A measurement in progress. The members are its own.
+struct row_residual {
+    const struct match_input *input;
+    const struct match_output *output;
+    struct row_residual_sample *samples;
+    float *work;
+    int count, step, next_y;
+};
+
+/// Memory of a measurement in bytes.
 size_t row_residual_need_bytes(void);
+
+/// Prepares a measurement, rows in their order; the arguments and the memory from `arena` are used
+/// until its end. ERROR_MEMORY.
+int row_residual_begin(struct row_residual *residual, const struct match_input *input,
+                       const struct match_output *output, struct arena *arena);
+
+/// Rows below `rows` of the images are there, and of the matches those up to ROW_RESIDUAL_AROUND
+/// above are final.
+void row_residual_add(struct row_residual *residual, int rows);
+
+/// After all rows: as `row_residual_measure`. May ask for rows of the images again.
+void row_residual_finish(struct row_residual *residual, struct triangulate_vertical *vertical);
 
 /// Measures the residual vertical disparity (right rows relative to left rows, sub-pixel, up to +-3
 /// rows) on a textured sample of the valid matches and fits offset and slopes, robustly.

@@ -65,18 +65,18 @@ VergedRun run_verged(const Verged &setup, const VergedSetting &setting) {
         return run;
     }
     const parallel *workers = setting.environment.parallel;
-    run.need_bytes = reconstruct_need_bytes(&setup.calib, 16, &plan, &setting.options,
-                                            workers != nullptr ? workers->threads : 1);
     const int channels = setting.layout == RAW_RGB ? 3 : 1;
-    std::array<std::vector<uint16_t>, 2> &raw = run.raw;
     raw_image image[2];
     for (int side = 0; side < 2; side++) {
         for (const uint16_t value : side == 0 ? setup.left : setup.right) {
-            raw[side].insert(raw[side].end(), static_cast<size_t>(channels), value);
+            run.raw[side].insert(run.raw[side].end(), static_cast<size_t>(channels), value);
         }
-        image[side] = {raw[side].data(), kVergedWidth,   kVergedHeight, kVergedWidth * channels,
-                       kVergedBits,      setting.layout, nullptr,       nullptr};
+        image[side] = {run.raw[side].data(), kVergedWidth,   kVergedHeight, kVergedWidth * channels,
+                       kVergedBits,          setting.layout, nullptr,       nullptr};
     }
+    run.need_bytes =
+        reconstruct_need_bytes(&image[0], &image[1], &setup.calib, &plan, &setting.options,
+                               workers != nullptr ? workers->threads : 1);
     run.memory =
         std::make_unique<Memory>(setting.memory_bytes > 0 ? setting.memory_bytes : run.need_bytes);
     arena arena;

@@ -3,7 +3,6 @@
 #ifndef VERGENCE_TESTS_SYNTHETIC_VERGED_HPP
 #define VERGENCE_TESTS_SYNTHETIC_VERGED_HPP
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -35,7 +34,7 @@ Verged make_verged(uint64_t seed, double noise_grey = 1);
 /// A run with everything that it needs.
 struct VergedRun {
     std::unique_ptr<Memory> memory;
-    std::array<std::vector<uint16_t>, 2> raw;
+    std::vector<uint16_t> raw[2];
     reconstruct_result result{};
     int status = -99;
     size_t need_bytes = 0, peak_bytes = 0;

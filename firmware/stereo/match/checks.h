@@ -18,7 +18,7 @@ extern "C" {
 
 enum {
     DISPARITY_ONE = 256,    // disparities are in 1/256 px
-    CHECKS_ROWS_KEPT = 96,  // rows that a step after matching asks for at once, at most
+    CHECKS_ROWS_KEPT = 64,  // rows that a step after matching asks for at once, at most
 };
 
 /// Counts memory, and takes it if there is an arena: a size is stated once.
@@ -117,10 +117,22 @@ static inline int match_whole_disparity(int32_t disparity_q8) {
     return (disparity_q8 + 128) >> 8;
 }
 
-/// Variance of the noise of a pixel, in 1/256 of a squared grey level: what differs between valid
-/// pixels that match, not counting clipped ones; at least that of whole grey levels.
-uint32_t match_noise_q8(const struct match_input *input, const struct match_look *look,
-                        const struct match_output *output);
+/// How many blocks of a pair differ how much between the images where they match, in bins: noise.
+/// All 0 at the beginning.
+enum { MATCH_NOISE_BINS = 1024 };
+struct match_noise {
+    uint32_t count[MATCH_NOISE_BINS], blocks;
+    int rows;  // those above have been looked at
+};
+
+/// Adds blocks of valid pixels, but not those with clipped ones, up to row `rows`, those above
+/// which are there: of the images three more, and as many as before.
+void match_noise_add(struct match_noise *noise, const struct match_input *input,
+                     const struct match_look *look, const struct match_output *output, int rows);
+
+/// Variance of the noise of a pixel, in 1/256 of a squared grey level; at least that of whole grey
+/// levels.
+uint32_t match_noise_q8(const struct match_noise *noise);
 
 // The preset paper (paper.c).
 

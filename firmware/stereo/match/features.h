@@ -95,7 +95,8 @@ static void source_row(const struct match_level *level, const struct image_sourc
     const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
     uint8_t *restrict pixels = padded + MATCH_SOURCE_PAD;
     const uint8_t *restrict from = image_u8_row(&source->image, row);
-    const bool full = level->shift_x == 0 && level->shift_y == 0;
+    // The pictures of coarser levels are scaled already.
+    const bool full = !match_is_finest(level) || level->shift_y == 0;
     if (full && source->channel) {
         one_channel(from, level->width, pixels);
     } else if (full) {
@@ -107,7 +108,8 @@ static void source_row(const struct match_level *level, const struct image_sourc
         scale_row(&source->image, row, level->shift_x, level->shift_y, level->width, box, pixels,
                   1);
     }
-    repeat_ends(match_span(level, &source->image, source->spans, row), level->width, padded);
+    repeat_ends(match_span(level, &level->state->input->left, source->spans, row), level->width,
+                padded);
 }
 
 // The mean of a pixel, with its neighbours in the row and in the rows before and after it, where
@@ -141,7 +143,8 @@ static void smooth_sources(const struct match_level *level, const struct image_s
                       scratch->box, source[j] + MATCH_SOURCE_PAD);
         const int y = y_begin + j;
         const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
-        repeat_ends(match_span(level, &from->image, from->spans, row), width, source[j]);
+        repeat_ends(match_span(level, &level->state->input->left, from->spans, row), width,
+                    source[j]);
     }
     // Rows outside the image repeat its ends, which are among the rows here.
     for (int j = 0; j < count; j++) {
@@ -427,7 +430,8 @@ static void view_features(const struct match_level *level, const struct image_vi
 static void left_features(struct match_level *level, struct match_scratch *scratch,
                           const struct match_tile *tiles, int y_begin, int rows) {
     const struct match_input *input = level->state->input;
-    const struct image_view view = {&input->left, &input->left_colour, input->left_span};
+    const struct image_view view = {match_is_finest(level) ? &input->left : &level->picture[0],
+                                    &input->left_colour, input->left_span};
     const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
     for (int r = 0; r < rows; r++) {
         memset(level->step_along[(y_begin + r) % level->ring_rows], 0, columns);
@@ -450,7 +454,8 @@ static void left_features(struct match_level *level, struct match_scratch *scrat
 static void right_features(const struct match_level *level, struct match_scratch *scratch,
                            int y_begin, int rows) {
     const struct match_input *input = level->state->input;
-    const struct image_view view = {&input->right, &input->right_colour, input->right_span};
+    const struct image_view view = {match_is_finest(level) ? &input->right : &level->picture[1],
+                                    &input->right_colour, input->right_span};
     // The left features do not exist yet, so their memory holds these before they are reversed.
     view_features(level, &view, NULL, scratch, y_begin, rows);
     for (int r = 0; r < rows; r++) {

@@ -5,6 +5,10 @@
 #ifndef VERGENCE_STEREO_MATCH_KERNELS_H
 #define VERGENCE_STEREO_MATCH_KERNELS_H
 
+#include <stdint.h>
+
+#include "stereo/image/image.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -27,6 +31,10 @@ struct match_kernels {
     /// Then rows [y_begin, y_begin + rows) of the band: path costs along the rows, winners and
     /// checks, into the output or the surface. An even count up to MATCH_ROWS_ABREAST.
     void (*rows)(struct match_level *level, struct match_scratch *scratch, int y_begin, int rows);
+
+    /// Row y of a coarser level, from the image that it shows: width pixels.
+    void (*scale)(const struct match_level *level, const struct image_u8 *image, int y,
+                  uint8_t *pixels);
 
     /// After the last band, columns [x_begin, x_end) of the output: medians of three along the
     /// columns, and the rows between those of the finest level.

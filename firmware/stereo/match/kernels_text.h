@@ -291,11 +291,18 @@ static void finish(const struct match_level *level, struct match_scratch *scratc
     }
 }
 
+static void scale(const struct match_level *level, const struct image_u8 *image, int y,
+                  uint8_t *pixels) {
+    uint16_t box[IMAGE_MAX_SIDE_PX];
+    scale_row(image, y, level->shift_x, level->shift_y, level->width, box, pixels, 1);
+}
+
 const struct match_kernels VECTOR_KERNELS = {
     .name = VECTOR_NAME,
     .cost_rows = cost_rows,
     .columns = columns,
     .rows = rows,
+    .scale = scale,
     .finish = finish,
 };
 

@@ -58,6 +58,7 @@ static void set_state(struct match_state *state, int width, int height,
     state->method = &match_methods[options->preset];
     state->threads = threads < 1 ? 1 : (threads > MATCH_MAX_THREADS ? MATCH_MAX_THREADS : threads);
     match_set_levels(state, width, height);
+    match_plan_rows(state);
 }
 
 size_t match_need_bytes(int width, const struct match_options *options, int threads) {
@@ -79,15 +80,17 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     return memory.need_bytes > after ? memory.need_bytes : after;
 }
 
-int match_rows_kept(int width, int height, const struct match_options *options, int threads) {
+struct match_rows match_rows_kept(int width, int height, const struct match_options *options,
+                                  int threads) {
     INVARIANT(match_need_bytes(width, options, threads) > 0 && height >= MATCH_MIN_HEIGHT_PX);
-    if (options->preset == MATCH_PRESET_PAPER) {
-        return CHECKS_ROWS_KEPT;
+    struct match_rows rows = {CHECKS_ROWS_KEPT, 1};
+    if (options->preset != MATCH_PRESET_PAPER) {
+        struct match_state state = {.input = NULL};
+        set_state(&state, width, height, options, threads);
+        rows.kept = state.kept_rows > rows.kept ? state.kept_rows : rows.kept;
+        rows.ahead = match_ahead_step(&state);
     }
-    struct match_state state = {.input = NULL};
-    set_state(&state, width, height, options, threads);
-    const int rows = match_steps_rows_kept(&state);
-    return rows > CHECKS_ROWS_KEPT ? rows : CHECKS_ROWS_KEPT;
+    return rows;
 }
 
 uint64_t match_work(int width, int height, const struct match_options *options) {

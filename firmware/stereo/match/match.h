@@ -42,6 +42,14 @@ struct match_options {
     const struct match_kernels *kernels;  // NULL: the fastest; all give identical results
 };
 
+/// Rows of which images a step reads.
+enum match_wanted {
+    MATCH_WANTS_LEFT,
+    MATCH_WANTS_GREY,
+    MATCH_WANTS_COLOUR,
+    MATCH_WANTS_AHEAD,  // of the coarser levels, while the finest one wants other rows
+};
+
 /// The images to match: rectified grey images and their valid spans.
 struct match_input {
     struct image_u8 left, right;
@@ -50,18 +58,21 @@ struct match_input {
     // In colour; either may have no data. Edges are those of the left image in colour; pixels are
     // compared in colour only if both images have any. Equal channels count as grey.
     struct image_rgb8 left_colour, right_colour;
-    // Called before rows [begin, end) of the images are read, which are then rings of at least
+    // Called before rows [begin, end) of what is wanted are read, which are then rings of at least
     // match_rows_kept rows. NULL: all rows are there.
-    void (*rows)(void *self, int begin, int end);
+    void (*rows)(void *self, enum match_wanted what, int begin, int end);
     void *self;
+    // Then what the coarser levels read, in grey: rings of at least match_rows_kept's `ahead`.
+    struct image_u8 ahead[2];
 };
 
 /// Asks for rows [begin, end) of the images of a pair, as far as there are such rows.
-static inline void match_input_rows(const struct match_input *input, int begin, int end) {
+static inline void match_input_rows(const struct match_input *input, enum match_wanted what,
+                                    int begin, int end) {
     const int first = begin > 0 ? begin : 0;
     const int last = end < input->left.height ? end : input->left.height;
     if (input->rows != NULL && first < last) {
-        input->rows(input->self, first, last);
+        input->rows(input->self, what, first, last);
     }
 }
 
@@ -87,10 +98,14 @@ struct match_options match_default_options(int disparity_min, int disparity_coun
 /// when an argument is out of range.
 size_t match_need_bytes(int width, const struct match_options *options, int threads);
 
-/// Rows of a pair that rings must hold for `match_run` with `threads` threads, and all other stages
-/// that read them, so that none is asked for twice in one pass; more than the height for low
-/// images. The arguments are those of match_run.
-int match_rows_kept(int width, int height, const struct match_options *options, int threads);
+/// Rows that rings of a pair's rows must hold, so that none is asked for twice in one pass: those
+/// of `match_run` with `threads` threads and of all other stages, and those of `match_input.ahead`.
+/// More than the height for low images. The arguments are those of match_run.
+struct match_rows {
+    int kept, ahead;
+};
+struct match_rows match_rows_kept(int width, int height, const struct match_options *options,
+                                  int threads);
 
 /// Upper bound of the pixels times disparities that `match_run` processes on all levels; its run
 /// time is proportional. For the preset paper the equivalent number. 0 if an argument is out of
@@ -109,12 +124,15 @@ int match_run(const struct match_input *input, const struct match_options *optio
               const struct parallel *parallel, match_progress *progress, void *progress_self,
               struct arena *arena, struct match_output *output);
 
-/// Counts valid pixels on repetitive texture for which the disparity of another period lies in the
-/// requested range. The ends of the pattern may have decided correctly, as those of a chessboard
-/// do; this function cannot detect that. `arena` lends 2 bytes a column and thread. ERROR_MEMORY.
+/// Adds to `count` the valid pixels of rows [begin, end) on repetitive texture for which the
+/// disparity of another period lies in the requested range. The ends of the pattern may have
+/// decided correctly, as those of a chessboard do; this function cannot detect that. Rows are taken
+/// by MATCH_REPEAT_ROWS: `begin` is a multiple, and `end` too, or the height. ERROR_MEMORY.
+enum { MATCH_REPEAT_ROWS = 8 };
+size_t match_repeats_need_bytes(int width, int threads);
 int match_count_repeats(const struct match_input *input, const struct match_options *options,
                         const struct parallel *parallel, struct arena *arena,
-                        const struct match_output *output, uint32_t *count);
+                        const struct match_output *output, int begin, int end, uint32_t *count);
 
 #ifdef __cplusplus
 }

@@ -14,7 +14,7 @@ enum {
     STEP = 16,  // pixels from block to block
     MIN_BLOCKS = 8,
     LOOK_ROWS = 48,  // rows of blocks that the first look takes, at least where there are so many
-    BINS = 1024,
+    BINS = MATCH_NOISE_BINS,
     BIN = 8,
     PAIR_BIN = 16,
     // Normal noise of sigma grey levels has a mean |second derivative| of 4.8 sigma, and the lowest
@@ -74,7 +74,7 @@ static void look_at_levels(const struct match_input *input, struct match_look *l
     }
     for (int begin = 0; begin < height; begin += look_step(height)) {
         const int end = begin + STEP < height ? begin + STEP : height;
-        match_input_rows(input, begin, end);
+        match_input_rows(input, MATCH_WANTS_COLOUR, begin, end);
         for (int y = begin; y < end; y++) {
             look_at_row(&input->left, input->left_span, y, &look->limits[0]);
             look_at_row(&input->right, input->right_span, y, &look->limits[1]);
@@ -160,18 +160,13 @@ static int bin_above(const uint32_t count[BINS], uint32_t blocks) {
     return bin;
 }
 
-// How many blocks have what, in bins.
-struct histogram {
-    uint32_t count[BINS], blocks;
-};
-
-static void add_block(struct histogram *histogram, int bin) {
+static void add_block(struct match_noise *histogram, int bin) {
     histogram->count[bin < BINS ? bin : BINS - 1]++;
     histogram->blocks++;
 }
 
 static void add_roughness(const struct image_u8 *image, const struct rectify_span *spans, int y,
-                          struct match_limits limits, struct histogram *histogram) {
+                          struct match_limits limits, struct match_noise *histogram) {
     const struct rectify_span span = common_span(image, spans, y);
     for (int x = span.begin + 1; x + BLOCK < span.end; x += STEP) {
         const int sum = roughness(image, x, y, limits);
@@ -186,7 +181,7 @@ struct roughnesses {
     int noise, usual;
 };
 
-static struct roughnesses roughnesses_of(const struct histogram *histogram) {
+static struct roughnesses roughnesses_of(const struct match_noise *histogram) {
     if (histogram->blocks < MIN_BLOCKS) {
         return (struct roughnesses){0, 0};
     }
@@ -210,7 +205,7 @@ static int slopes_over(const struct image_u8 *image, int x, int y, int reach) {
 
 // The share of the slopes over 8 pixels that is in those over 2, without noise, of the blocks at y.
 static void add_fine_share(const struct image_u8 *image, const struct rectify_span *spans, int y,
-                           int noise, struct histogram *histogram) {
+                           int noise, struct match_noise *histogram) {
     INVARIANT(noise < 2 * TUNE_NOISE_STRONG);
     const int of_noise = 2 * BLOCK * BLOCK * noise * noise / (FLOOR_OF_SIGMA * FLOOR_OF_SIGMA);
     const struct rectify_span span = common_span(image, spans, y);
@@ -225,16 +220,16 @@ static void add_fine_share(const struct image_u8 *image, const struct rectify_sp
 }
 
 // Of half of the blocks; all if there are too few.
-static int fine_share_of(const struct histogram *histogram) {
+static int fine_share_of(const struct match_noise *histogram) {
     return histogram->blocks < MIN_BLOCKS ? SHARES
                                           : bin_above(histogram->count, histogram->blocks / 2);
 }
 
 static int coarseness_smoothing(const struct match_input *input, int left_noise, int right_noise) {
     const int height = input->left.height;
-    struct histogram left = {.blocks = 0}, right = {.blocks = 0};
+    struct match_noise left = {.blocks = 0}, right = {.blocks = 0};
     for (int y = 1; y + BLOCK < height; y += look_step(height)) {
-        match_input_rows(input, y - 1, y + BLOCK + 1);
+        match_input_rows(input, MATCH_WANTS_COLOUR, y - 1, y + BLOCK + 1);
         add_fine_share(&input->left, input->left_span, y, left_noise, &left);
         add_fine_share(&input->right, input->right_span, y, right_noise, &right);
     }
@@ -244,9 +239,9 @@ static int coarseness_smoothing(const struct match_input *input, int left_noise,
 
 static int smoothing_of(const struct match_input *input, const struct match_look *look) {
     const int height = input->left.height;
-    struct histogram histogram[2] = {{.blocks = 0}, {.blocks = 0}};
+    struct match_noise histogram[2] = {{.blocks = 0}, {.blocks = 0}};
     for (int y = 1; y + BLOCK < height; y += look_step(height)) {
-        match_input_rows(input, y - 1, y + BLOCK + 1);
+        match_input_rows(input, MATCH_WANTS_COLOUR, y - 1, y + BLOCK + 1);
         add_roughness(&input->left, input->left_span, y, look->limits[0], &histogram[0]);
         add_roughness(&input->right, input->right_span, y, look->limits[1], &histogram[1]);
     }
@@ -280,7 +275,8 @@ static int difference_of(const struct match_input *input, const struct match_lim
 
 // Adds what differs between the pixels of the blocks at y and those that they match.
 static void add_differences(const struct match_input *input, const struct match_look *look,
-                            const struct match_output *output, int y, struct histogram *histogram) {
+                            const struct match_output *output, int y,
+                            struct match_noise *histogram) {
     const int width = output->reason.width;
     const uint8_t *reason = image_u8_row(&output->reason, y + BLOCK / 2);
     const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y + BLOCK / 2);
@@ -297,20 +293,25 @@ static void add_differences(const struct match_input *input, const struct match_
     }
 }
 
-uint32_t match_noise_q8(const struct match_input *input, const struct match_look *look,
-                        const struct match_output *output) {
-    struct histogram histogram = {.blocks = 0};
-    for (int y = 1; y + BLOCK < output->reason.height; y += STEP) {
-        match_input_rows(input, y - 1, y + BLOCK + 1);
-        add_differences(input, look, output, y, &histogram);
+void match_noise_add(struct match_noise *noise, const struct match_input *input,
+                     const struct match_look *look, const struct match_output *output, int rows) {
+    const int height = output->reason.height;
+    for (; noise->rows + BLOCK < (rows < height ? rows : height); noise->rows += STEP) {
+        const int y = noise->rows + 1;
+        if (y + BLOCK < height) {
+            add_differences(input, look, output, y, noise);
+        }
     }
-    if (histogram.blocks == 0) {
+}
+
+uint32_t match_noise_q8(const struct match_noise *noise) {
+    if (noise->blocks == 0) {
         return QUANTIZATION_Q8;
     }
     // For two images' normal noise of sigma the mean of |second derivative| is 6.77 sigma, and the
     // lowest tenth of the blocks ends 15 % below.
     const uint32_t sum =
-        (uint32_t)bin_above(histogram.count, histogram.blocks / TUNE_PAIR_NOISE_SHARE) * PAIR_BIN +
+        (uint32_t)bin_above(noise->count, noise->blocks / TUNE_PAIR_NOISE_SHARE) * PAIR_BIN +
         PAIR_BIN / 2;
     const uint32_t variance_q8 = (uint32_t)((uint64_t)sum * sum / 530);
     return variance_q8 > QUANTIZATION_Q8 ? variance_q8 : QUANTIZATION_Q8;

@@ -140,7 +140,8 @@ static void push_samples(const struct paper *paper, const struct image_u8 *image
                          const struct rectify_span *spans, int y, uint32_t *signature) {
     INVARIANT(image->width == paper->width);
     const int middle = clamp(y, 0, image->height - 1);
-    match_input_rows(paper->input, middle - SAMPLE_REACH_PX, middle + SAMPLE_REACH_PX + 1);
+    match_input_rows(paper->input, MATCH_WANTS_GREY, middle - SAMPLE_REACH_PX,
+                     middle + SAMPLE_REACH_PX + 1);
     const size_t length = (size_t)paper->width + 2 * SAMPLE_REACH_PX;
     memset(paper->sample, 0, 3 * length);
     for (int i = 0; i < 3; i++) {

@@ -11,8 +11,7 @@
 
 enum {
     CELL_COLUMNS = 16,  // tested at once
-    CELL_ROWS = 8,
-    BATCH_CELLS = 8,  // rows of cells that the threads share
+    CELL_ROWS = MATCH_REPEAT_ROWS,
     PARTS_MAX = 8,
 };
 
@@ -23,6 +22,7 @@ struct cells {
     int begin, end;  // rows of cells
     int parts;
     uint16_t *columns[PARTS_MAX];  // sums of a row of cells' grey levels
+    uint32_t *before[PARTS_MAX];   // sums of the columns to the left of each, and of all
     uint32_t count[PARTS_MAX];
 };
 
@@ -30,6 +30,7 @@ struct cells {
 struct cell {
     const struct image_u8 *image;
     const uint16_t *columns;  // sums of the rows' grey levels
+    const uint32_t *before;   // sums of the columns to the left
     int x, y, rows, disparity;
     uint32_t valid;  // pixels
 };
@@ -58,19 +59,19 @@ static bool is_inside(const struct cell *cell, int window, int lag) {
 // row is upright, and noise averages out.
 static int difference(const struct cell *cell, int window, int lag) {
     INVARIANT(is_inside(cell, window, lag));
-    const uint16_t *restrict here = cell->columns + window_begin(cell, window);
+    const int begin = window_begin(cell, window);
+    const uint16_t *restrict here = cell->columns + begin;
     const uint16_t *restrict there = here - lag;
-    int total = 0;
+    const uint32_t *before = cell->before + begin;
+    const int32_t total =
+        (int32_t)(before[window] - before[0]) - (int32_t)(before[window - lag] - before[-lag]);
+    const int16_t mean = (int16_t)(total / window);
+    uint32_t sum = 0;
     for (int i = 0; i < window; i++) {
-        total += here[i] - there[i];
+        const int16_t change = (int16_t)(here[i] - there[i] - mean);
+        sum += (uint16_t)(change > 0 ? change : -change);
     }
-    const int mean = total / window;
-    int sum = 0;
-    for (int i = 0; i < window; i++) {
-        const int change = here[i] - there[i] - mean;
-        sum += change > 0 ? change : -change;
-    }
-    return 16 * sum / (cell->rows * window);
+    return (int)(16 * sum / (uint32_t)(cell->rows * window));
 }
 
 // A period need not be an integer number of pixels.
@@ -137,18 +138,24 @@ static void sum_rows(const struct image_u8 *image, int y, int rows, uint16_t *re
     }
 }
 
-static uint32_t count_row_of_cells(const struct cells *cells, int y, uint16_t *columns) {
+static uint32_t count_row_of_cells(const struct cells *cells, int y, uint16_t *columns,
+                                   uint32_t *before) {
     INVARIANT(cells->input->left.width >= CELL_COLUMNS);
     uint32_t repeated = 0;
     const struct match_options *options = cells->options;
     const struct image_u8 *image = &cells->input->left;
     const int rows = image->height - y < CELL_ROWS ? image->height - y : CELL_ROWS;
     sum_rows(image, y, rows, columns);
+    before[0] = 0;
+    for (int x = 0; x < image->width; x++) {
+        before[x + 1] = before[x] + columns[x];
+    }
     for (int begin = 0; begin < image->width; begin += CELL_COLUMNS) {
         // The last cell ends at the end of the image and overlaps the one before.
         const int last = image->width - CELL_COLUMNS;
         struct cell cell = {.image = image,
                             .columns = columns,
+                            .before = before,
                             .x = begin < last ? begin : last,
                             .y = y,
                             .rows = rows};
@@ -169,32 +176,42 @@ static void count_part(void *cells_pointer, int index) {
     const int rows = cells->end - cells->begin;
     for (int i = cells->begin + rows * index / cells->parts;
          i < cells->begin + rows * (index + 1) / cells->parts; i++) {
-        cells->count[index] += count_row_of_cells(cells, i * CELL_ROWS, cells->columns[index]);
+        cells->count[index] +=
+            count_row_of_cells(cells, i * CELL_ROWS, cells->columns[index], cells->before[index]);
     }
+}
+
+static int part_count(int threads) {
+    const int parts = threads < PARTS_MAX ? threads : PARTS_MAX;
+    return parts < 1 ? 1 : parts;
+}
+
+size_t match_repeats_need_bytes(int width, int threads) {
+    return (size_t)part_count(threads) * (arena_need_bytes((size_t)width, sizeof(uint16_t)) +
+                                          arena_need_bytes((size_t)width + 1, sizeof(uint32_t)));
 }
 
 int match_count_repeats(const struct match_input *input, const struct match_options *options,
                         const struct parallel *parallel, struct arena *arena,
-                        const struct match_output *output, uint32_t *count) {
-    const int threads = parallel->threads < 1 ? 1 : parallel->threads;
+                        const struct match_output *output, int begin, int end, uint32_t *count) {
+    INVARIANT(begin % CELL_ROWS == 0 && begin <= end && end <= input->left.height);
     struct cells cells = {.input = input,
                           .options = options,
                           .output = output,
-                          .parts = threads < PARTS_MAX ? threads : PARTS_MAX};
+                          .begin = begin / CELL_ROWS,
+                          .end = (end + CELL_ROWS - 1) / CELL_ROWS,
+                          .parts = part_count(parallel->threads)};
     const size_t mark = arena_mark(arena);
     bool taken = true;
     for (int i = 0; i < cells.parts; i++) {
         cells.columns[i] = arena_take(arena, (size_t)input->left.width, sizeof *cells.columns[i]);
-        taken = taken && cells.columns[i] != NULL;
+        cells.before[i] = arena_take(arena, (size_t)input->left.width + 1, sizeof *cells.before[i]);
+        taken = taken && cells.columns[i] != NULL && cells.before[i] != NULL;
     }
-    const int rows = (input->left.height + CELL_ROWS - 1) / CELL_ROWS;
-    for (cells.begin = 0; taken && cells.begin < rows; cells.begin = cells.end) {
-        cells.end = cells.begin + BATCH_CELLS < rows ? cells.begin + BATCH_CELLS : rows;
-        match_input_rows(input, cells.begin * CELL_ROWS, cells.end * CELL_ROWS);
+    if (taken) {
         parallel->run(parallel->self, count_part, &cells, cells.parts);
     }
     arena_release(arena, mark);
-    *count = 0;
     for (int i = 0; i < cells.parts; i++) {
         *count += cells.count[i];
     }

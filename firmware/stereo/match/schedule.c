@@ -29,10 +29,17 @@ static bool has_one_window(const struct match_level *level) {
            (match_searches_whole_range(level) && options->extra_below + options->extra_above == 0);
 }
 
+static void take_pictures(struct match_level *level, struct match_memory *memory) {
+    for (int i = 0; i < 2 && !match_is_finest(level); i++) {
+        level->picture[i] = (struct image_u8){
+            match_take(memory, (size_t)level->width * (size_t)level->picture_rows, 1), level->width,
+            level->height, level->width, level->picture_rows};
+    }
+}
+
 static void take_level(struct match_level *level, struct match_memory *memory) {
     const int threads = level->state->threads;
     const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
-    level->batch = bands_of_batch(threads);
     for (int i = 0; i < level->batch + 2; i++) {
         level->tile[i] = match_take(memory, (size_t)level->tiles, sizeof *level->tile[i]);
     }
@@ -41,6 +48,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
             level->cells[i][j] = match_take(memory, level->row_bytes, 1);
         }
     }
+    take_pictures(level, memory);
     level->ring_rows = MATCH_RING_ROWS(threads);
     for (int i = 0; i < level->ring_rows; i++) {
         level->ring[i] = match_take(memory, level->row_bytes, 1);
@@ -346,17 +354,63 @@ static void slopes_part(void *batch_pointer, int index) {
     }
 }
 
+// Rows of both images, scaled down for a coarser level.
+struct scaling {
+    const struct match_level *level;
+    int begin;  // row of the level
+};
+
+static void scale_part(void *context, int index) {
+    const struct scaling *scaling = context;
+    const struct match_level *level = scaling->level;
+    const struct match_input *input = level->state->input;
+    const int side = index % 2;
+    const int y = scaling->begin + index / 2;
+    const struct image_u8 *whole = side == 0 ? &input->left : &input->right;
+    const struct image_u8 *from = input->ahead[side].data != NULL ? &input->ahead[side] : whole;
+    level->state->options.kernels->scale(level, from, y, image_u8_row(&level->picture[side], y));
+}
+
+// Shows rows [begin, end) of the images in the pictures of all coarser levels.
+static void scale_rows(const struct match_state *state, int begin, int end) {
+    match_input_rows(state->input, MATCH_WANTS_AHEAD, begin, end);
+    for (int i = 1; i < state->levels && !state->dry; i++) {
+        const struct match_level *level = &state->level[i];
+        const int last =
+            end >> level->shift_y < level->height ? end >> level->shift_y : level->height;
+        struct scaling scaling = {level, begin >> level->shift_y};
+        if (last > scaling.begin) {
+            state->parallel->run(state->parallel->self, scale_part, &scaling,
+                                 2 * (last - scaling.begin));
+        }
+    }
+}
+
 // The rows of the pair that a batch reads: of the features, and, on the finest level, of the
-// texture of the rows that it finishes.
-static void need_rows(const struct match_level *level, int first, int bands) {
+// texture of the rows that it finishes. A coarser level's come from its pictures.
+static void need_rows(struct match_level *level, int first, int bands) {
+    struct match_state *state = level->state;
     int begin, end, unused;
     cost_rows_of(level, first, &begin, &unused);
     cost_rows_of(level, first + bands - 1, &unused, &end);
-    const int around = MATCH_CENSUS_RADIUS + 1;
-    begin =
-        match_is_finest(level) && begin > first * MATCH_BAND_ROWS ? first * MATCH_BAND_ROWS : begin;
-    match_input_rows(level->state->input, (begin - around) * (1 << level->shift_y),
-                     (end + around) * (1 << level->shift_y));
+    begin -= MATCH_CENSUS_RADIUS + 1;
+    end += MATCH_CENSUS_RADIUS + 1;
+    if (match_is_finest(level)) {
+        const int texture = first * MATCH_BAND_ROWS;
+        begin = begin < texture ? begin : texture;
+        match_input_rows(state->input, MATCH_WANTS_COLOUR, begin * (1 << level->shift_y),
+                         end * (1 << level->shift_y));
+        return;
+    }
+    const int step = match_ahead_step(state);
+    for (; state->ahead_rows < end << level->shift_y; state->ahead_rows += step) {
+        if (state->ahead_rows < state->input->left.height) {
+            scale_rows(state, state->ahead_rows, state->ahead_rows + step);
+        }
+    }
+    const int kept = (state->ahead_rows >> level->shift_y) - begin;
+    INVARIANT(state->dry || kept <= level->picture_rows);
+    level->picture_rows = state->dry && kept > level->picture_rows ? kept : level->picture_rows;
 }
 
 static void plan_batch(const struct batch *batch, int rest) {
@@ -384,31 +438,39 @@ static void run_batch(struct match_level *level) {
         batch.bands == rest ? level->height : level->rows_done + batch.bands * MATCH_BAND_ROWS;
 }
 
-// The highest row asked for so far, and how far before it others were.
-struct reach {
-    int end, rows;
-};
-
-static void reach_rows(void *self, int begin, int end) {
-    struct reach *reach = self;
-    reach->end = end > reach->end ? end : reach->end;
-    reach->rows = reach->end - begin > reach->rows ? reach->end - begin : reach->rows;
+static void reach_rows(void *self, enum match_wanted what, int begin, int end) {
+    int *rows = self;
+    if (what == MATCH_WANTS_COLOUR && end - begin > *rows) {
+        *rows = end - begin;
+    }
 }
 
-int match_steps_rows_kept(struct match_state *state) {
-    struct reach reach = {0, 0};
+void match_plan_rows(struct match_state *state) {
+    const struct match_level *finest = &state->level[0];
     const struct match_input input = {
-        .left.height = state->level[0].height << state->level[0].shift_y,
-        .rows = reach_rows,
-        .self = &reach};
+        .left.height = IMAGE_MAX_SIDE_PX, .rows = reach_rows, .self = &state->kept_rows};
+    const struct match_input *real = state->input;
     state->input = &input;
     state->dry = true;
+    state->kept_rows = 0;
+    int height[MATCH_MAX_LEVELS];
     for (int i = 0; i < state->levels; i++) {
-        state->level[i].batch = bands_of_batch(state->threads);
+        struct match_level *level = &state->level[i];
+        level->batch = bands_of_batch(state->threads);
+        level->picture_rows = 0;
+        // As of a high image: the memory does not depend on the height.
+        height[i] = level->height;
+        level->height = IMAGE_MAX_SIDE_PX >> level->shift_y;
     }
+    state->ahead_rows = 0;
     begin_levels(state);
-    advance(&state->level[0], state->level[0].height);
-    return reach.rows;
+    advance(&state->level[0], finest->height);
+    for (int i = 0; i < state->levels; i++) {
+        state->level[i].height = height[i];
+    }
+    state->input = real;
+    state->dry = false;
+    state->ahead_rows = 0;
 }
 
 struct finish_context {

@@ -146,6 +146,8 @@ struct match_level {
     uint8_t *down[MATCH_MAX_THREADS + 1];  // downward averages between the bands
     // Shared by the bands in progress. Row y is in slot y % ring_rows and so on.
     int ring_rows, surface_rows;
+    struct image_u8 picture[2];  // of a coarser level: rings of rows of both images, scaled down
+    int picture_rows;            // of these rings
     uint8_t *ring[MATCH_MAX_RING_ROWS];   // aggregated cost
     uint16_t *down_mass;                  // masses of the downward averages, by column
     uint8_t *guide[MATCH_MAX_RING_ROWS];  // left rows, where the finest level's are scaled down
@@ -169,6 +171,8 @@ struct match_state {
     int levels;
     struct match_look look;  // its smoothing is that of levels at full size
     int threads;
+    int ahead_rows;                 // of the images, which the coarser levels' pictures show
+    int kept_rows;                  // rows of the images that the finest level needs in memory
     bool dry;                       // only asks for rows, in the order of a run
     struct match_scratch *scratch;  // one per thread
 };
@@ -276,8 +280,13 @@ void match_plan_slopes(const struct match_level *level, int band_begin, struct m
 /// Allocates the memory of all levels and threads.
 void match_take_memory(struct match_state *state, struct match_memory *memory);
 
-/// The rows that rings of the pair's rows must hold for `match_run_steps`.
-int match_steps_rows_kept(struct match_state *state);
+/// Rows of the images that the coarser levels take at a time: whole rows of the coarsest one.
+static inline int match_ahead_step(const struct match_state *state) {
+    return 1 << state->level[state->levels - 1].shift_y;
+}
+
+/// Sets how many rows of pictures the levels need in memory, from their geometry.
+void match_plan_rows(struct match_state *state);
 
 /// Matches and checks: the order of all steps. state->look is set, and
 /// the memory is taken from `arena`. ERROR_MEMORY, ERROR_CANCELLED.

@@ -17,7 +17,7 @@ enum {
     ROW_STEP = 2,    // distance between rows whose texture is measured
     SLOPE_ROWS = 3,  // smoothed rows in use
     MAX_PARTS = 8,
-    BATCH_BLOCKS = 8,     // rows of blocks whose texture the threads share
+    BATCH_BLOCKS = 4,     // rows of blocks whose texture the threads share
     AROUND_ROWS = 3,      // rows of the image above and below a block
     NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see add_slopes
     // Blocks to each side: of those with texture that are counted, and for the share of the pixels
@@ -36,8 +36,6 @@ struct part {
     int begin, end;
     uint16_t *smooth[SLOPE_ROWS];     // rows y - 2, y and y + 2, smoothed by (1 2 1) both ways
     uint8_t *near_depth_edge;         // whether a depth edge is near, by column
-    uint32_t *along, *upright;        // sums of squared slopes, by block of a row
-    uint32_t *slopes;                 // numbers of slopes, by block of a row
     struct sums *column;              // over some rows of blocks, by block of a row
     struct sums *near, *share, *far;  // over blocks around each of a row
 };
@@ -50,12 +48,21 @@ struct block {
     uint8_t accepted;  // of these, by the checks of single pixels
 };
 
+// Of a block.
+struct slopes {
+    uint32_t along, upright;  // sums of squared slopes
+    uint32_t count;
+};
+
 struct block_check {
     const struct match_input *input;
     struct match_output *output;
+    const struct match_look *look;
+    struct match_noise noise;
     uint32_t noise_q8;
-    bool coarse;        // whether the texture is
-    struct block *map;  // all rows of blocks
+    bool coarse;            // whether the texture is
+    struct block *map;      // all rows of blocks
+    struct slopes *slopes;  // the same
     int blocks, block_rows;
     struct match_accepted_range accepted;
     int lowest;  // disparity searched
@@ -131,7 +138,8 @@ static void mark_depth_edges(const struct match_output *output, int y, uint8_t *
 // Adds the squared slopes over four pixels, along row and column, of the middle row, of columns
 // away from depth edges. Smoothing leaves 36 / 256 of the variance of the noise, a difference of
 // two has twice that: 72 times that of a pixel, as the rows hold sixteen times the grey levels.
-static void add_slopes(const struct block_check *check, const struct part *part) {
+static void add_slopes(const struct block_check *check, const struct part *part,
+                       struct slopes *sums) {
     const uint16_t *restrict above = part->smooth[0] + PAD;
     const uint16_t *restrict here = part->smooth[1] + PAD;
     const uint16_t *restrict below = part->smooth[2] + PAD;
@@ -149,22 +157,23 @@ static void add_slopes(const struct block_check *check, const struct part *part)
             upright += counts * (uint32_t)(slope_y * slope_y);
             slopes += counts;
         }
-        part->slopes[b] += slopes;
-        part->along[b] += along;
-        part->upright[b] += upright;
+        sums[b].count += slopes;
+        sums[b].along += along;
+        sums[b].upright += upright;
     }
 }
 
 // Judges the slopes of three blocks in a row.
-static void classify_texture(const struct block_check *check, const struct part *part, int b,
+static void classify_texture(const struct block_check *check, const struct slopes *sums, int b,
                              struct block *block) {
     uint64_t along = 0;
     uint64_t upright = 0;
     uint64_t slopes = 0;
     for (int i = -1; i <= 1; i++) {
-        along += part->along[clamped(b + i, check->blocks)];
-        upright += part->upright[clamped(b + i, check->blocks)];
-        slopes += part->slopes[clamped(b + i, check->blocks)];
+        const struct slopes *of = &sums[clamped(b + i, check->blocks)];
+        along += of->along;
+        upright += of->upright;
+        slopes += of->count;
     }
     const uint64_t noise = slopes * NOISE_OF_SLOPE * check->noise_q8 / 256;
     const uint64_t signal_min = (TUNE_SIGNAL + 1) * noise;
@@ -215,12 +224,13 @@ static void count_row(const struct block_check *check, int block_row) {
     }
 }
 
+static struct slopes *slopes_of(const struct block_check *check, int block_row) {
+    return check->slopes + (size_t)block_row * (size_t)check->blocks;
+}
+
 static void measure_row(const struct block_check *check, struct part *part, int block_row) {
-    count_row(check, block_row);
-    struct block *blocks = block_row_of(check, block_row);
-    memset(part->along, 0, (size_t)check->blocks * sizeof *part->along);
-    memset(part->upright, 0, (size_t)check->blocks * sizeof *part->upright);
-    memset(part->slopes, 0, (size_t)check->blocks * sizeof *part->slopes);
+    struct slopes *slopes = slopes_of(check, block_row);
+    memset(slopes, 0, (size_t)check->blocks * sizeof *slopes);
     const int height = check->output->reason.height;
     const int begin = block_row * BLOCK;
     for (int y = begin; y < begin + BLOCK && y < height; y += ROW_STEP) {
@@ -235,10 +245,7 @@ static void measure_row(const struct block_check *check, struct part *part, int 
         }
         smooth_row(check->input, y + ROW_STEP, part->smooth[2]);
         mark_depth_edges(check->output, y, part->near_depth_edge);
-        add_slopes(check, part);
-    }
-    for (int b = 0; b < check->blocks; b++) {
-        classify_texture(check, part, b, &blocks[b]);
+        add_slopes(check, part, slopes);
     }
 }
 
@@ -427,6 +434,16 @@ static void measure_part(void *context, int index) {
     }
 }
 
+static void classify_part(void *context, int index) {
+    const struct block_check *check = context;
+    for (int r = check->part[index].begin; r < check->part[index].end; r++) {
+        count_row(check, r);
+        for (int b = 0; b < check->blocks; b++) {
+            classify_texture(check, slopes_of(check, r), b, &block_row_of(check, r)[b]);
+        }
+    }
+}
+
 static void reject_part(void *context, int index) {
     const struct block_check *check = context;
     const struct part *part = &check->part[index];
@@ -440,6 +457,13 @@ static void reject_part(void *context, int index) {
                 reject(check, r, b, match_rules[failed].reason);
             }
         }
+    }
+}
+
+static void hidden_part(void *context, int index) {
+    const struct block_check *check = context;
+    const struct part *part = &check->part[index];
+    for (int r = part->begin; r < part->end; r++) {
         for (int y = r * BLOCK; y < (r + 1) * BLOCK && y < check->output->reason.height; y++) {
             uint16_t *smooth = part->smooth[0];
             smooth_row(check->input, y, smooth);
@@ -460,13 +484,17 @@ static void divide(struct block_check *check, int begin, int end) {
 // Runs a part of the work on all rows of blocks in their order, as far as the image's rows are
 // needed.
 static void run_in_order(struct block_check *check, const struct parallel *parallel,
-                         void (*part)(void *context, int index)) {
+                         enum match_wanted wanted, void (*part)(void *context, int index)) {
     for (int begin = 0; begin < check->block_rows; begin += BATCH_BLOCKS) {
         const int end =
             begin + BATCH_BLOCKS < check->block_rows ? begin + BATCH_BLOCKS : check->block_rows;
-        match_input_rows(check->input, begin * BLOCK - AROUND_ROWS, end * BLOCK + AROUND_ROWS);
+        match_input_rows(check->input, wanted, begin * BLOCK - AROUND_ROWS,
+                         end * BLOCK + AROUND_ROWS);
         divide(check, begin, end);
         parallel->run(parallel->self, part, check, check->parts);
+        if (part == measure_part) {
+            match_noise_add(&check->noise, check->input, check->look, check->output, end * BLOCK);
+        }
     }
 }
 
@@ -482,15 +510,13 @@ static void take_blocks(struct match_memory *memory, int width, int height,
                         struct block_check *check) {
     const size_t blocks = block_count(width);
     check->map = match_take(memory, blocks * block_count(height), sizeof *check->map);
+    check->slopes = match_take(memory, blocks * block_count(height), sizeof *check->slopes);
     for (int i = 0; i < check->parts; i++) {
         struct part *part = &check->part[i];
         for (int j = 0; j < SLOPE_ROWS; j++) {
             part->smooth[j] = match_take(memory, (size_t)width + 2 * PAD, sizeof *part->smooth[j]);
         }
         part->near_depth_edge = match_take(memory, (size_t)width, 1);
-        part->along = match_take(memory, blocks, sizeof *part->along);
-        part->upright = match_take(memory, blocks, sizeof *part->upright);
-        part->slopes = match_take(memory, blocks, sizeof *part->slopes);
         part->column = match_take(memory, blocks, sizeof *part->column);
         part->near = match_take(memory, blocks, sizeof *part->near);
         part->share = match_take(memory, blocks, sizeof *part->share);
@@ -510,6 +536,7 @@ int match_check_blocks(const struct match_input *input, const struct match_optio
                        struct arena *arena, struct match_output *output) {
     struct block_check check = {.input = input,
                                 .output = output,
+                                .look = look,
                                 .accepted = match_accepted_range_of(options),
                                 .lowest = match_searched_min(options),
                                 .coarse = look->smoothing == TUNE_SMOOTHING_COARSE};
@@ -524,9 +551,12 @@ int match_check_blocks(const struct match_input *input, const struct match_optio
         divide(&check, 0, check.block_rows);
         parallel->run(parallel->self, count_part, &check, check.parts);
         parallel->run(parallel->self, accept_part, &check, check.parts);
-        check.noise_q8 = match_noise_q8(input, look, output);
-        run_in_order(&check, parallel, measure_part);
-        run_in_order(&check, parallel, reject_part);
+        run_in_order(&check, parallel, MATCH_WANTS_GREY, measure_part);
+        check.noise_q8 = match_noise_q8(&check.noise);
+        divide(&check, 0, check.block_rows);
+        parallel->run(parallel->self, classify_part, &check, check.parts);
+        parallel->run(parallel->self, reject_part, &check, check.parts);
+        run_in_order(&check, parallel, MATCH_WANTS_LEFT, hidden_part);
     }
     arena_release(arena, mark);
     return memory.failed ? ERROR_MEMORY : ERROR_OK;

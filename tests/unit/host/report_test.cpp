@@ -41,9 +41,9 @@ struct flat_run {
         options.rectify.disparity_count = 16;
         rectify_plan plan;
         REQUIRE(rectify_plan_make(&camera, &options.rectify, &plan) == ERROR_OK);
-        memory.resize(reconstruct_need_bytes(&camera, 8, &plan, &options, 1));
-        arena_init(&lent, memory.data(), memory.size());
         const raw_image image = {pixels.data(), 96, 64, 96, 8, RAW_GREY, nullptr, nullptr};
+        memory.resize(reconstruct_need_bytes(&image, &image, &camera, &plan, &options, 1));
+        arena_init(&lent, memory.data(), memory.size());
         const reconstruct_environment nothing{};
         error = reconstruct_run(&image, &image, &camera, &plan, &options, &nothing, &lent, &result);
     }

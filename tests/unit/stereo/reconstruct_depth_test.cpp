@@ -171,12 +171,12 @@ TEST_CASE("texture that repeats is counted, and no other") {
         search.keep_all = true;
         const Matched matched = run_match(pair, search);
         REQUIRE(matched.status == ERROR_OK);
-        std::vector<uint64_t> memory(kVergedWidth);
+        std::vector<uint64_t> memory(match_repeats_need_bytes(pair.width, 1) / 8 + 8);
         arena lent;
         arena_init(&lent, memory.data(), memory.size() * sizeof memory[0]);
         uint32_t count = 0;
         REQUIRE(match_count_repeats(&matched.input, &search, &parallel_serial, &lent,
-                                    &matched.output, &count) == ERROR_OK);
+                                    &matched.output, 0, pair.height, &count) == ERROR_OK);
         const double share = count / (matched.share(REASON_VALID) * pair.width * pair.height);
         CHECK(share >= one.min);
         CHECK(share <= one.max);
@@ -184,8 +184,9 @@ TEST_CASE("texture that repeats is counted, and no other") {
         search.disparity_min = 22;
         search.disparity_count = 9;
         const Matched sure = run_match(pair, search);
-        REQUIRE(match_count_repeats(&sure.input, &search, &parallel_serial, &lent, &sure.output,
-                                    &count) == ERROR_OK);
+        count = 0;
+        REQUIRE(match_count_repeats(&sure.input, &search, &parallel_serial, &lent, &sure.output, 0,
+                                    pair.height, &count) == ERROR_OK);
         CHECK(count == 0);
     }
 }

@@ -107,8 +107,11 @@ void view_depth_maker::state::prepare(const view_picture &picture, const view_de
     if (error == ERROR_OK) {
         trace_rows();
         options.refine = true;  // takes most memory
-        memory.resize(
-            reconstruct_need_bytes(&rig, 8, &plan, &options, workers_parallel(pool)->threads));
+        raw_image raw{};
+        raw.bits = 8;
+        raw.layout = RAW_GREY;
+        memory.resize(reconstruct_need_bytes(&raw, &raw, &rig, &plan, &options,
+                                             workers_parallel(pool)->threads));
         options.refine = now.refined;
     }
 }
