@@ -102,6 +102,9 @@ int vergence_result_map(const vergence_result *result, enum vergence_map map, co
         if (!result->job.context.metric && (map == VERGENCE_DEPTH_MM || map == VERGENCE_SIGMA_MM)) {
             return library_fail(error, ERROR_UNSUPPORTED, library_no_lengths);
         }
+        if (map == VERGENCE_RIGHT_RGB && result->job.compact != nullptr) {
+            return library_fail(error, ERROR_UNSUPPORTED, "a surface.compact has no right picture");
+        }
         const std::lock_guard<std::mutex> lock(result->making);
         *data = map <= VERGENCE_SIGMA_MM ? floats_of(*result, map) : bytes_of(*result, map);
         return static_cast<int>(ERROR_OK);

@@ -113,6 +113,52 @@ int options_read(const struct option_page *page, int argc, char **argv, void *va
     return ERROR_OK;
 }
 
+/// Bytes of an option's value.
+static size_t value_bytes(const struct command_argument *option) {
+    const size_t numbers = option->count > 0 ? (size_t)option->count : 1;
+    return option->kind == COMMAND_FLAG     ? sizeof(bool)
+           : option->kind == COMMAND_TEXT   ? sizeof(const char *)
+           : option->kind == COMMAND_NUMBER ? numbers * sizeof(double)
+                                            : numbers * sizeof(int);
+}
+
+static bool is_listed(const char *names, const char *name) {
+    const size_t length = strlen(name);
+    for (const char *at = names; at != NULL; at = strchr(at, ' ')) {
+        at += *at == ' ';
+        if (strncmp(at, name, length) == 0 && (at[length] == ' ' || at[length] == '\0')) {
+            return true;
+        }
+    }
+    return false;
+}
+
+const char *options_find_other(const struct option_page *page, const char *names,
+                               const void *values, const void *defaults) {
+    for (unsigned i = 0; i < page->option_count; i++) {
+        const struct command_argument *option = &page->options[i];
+        if (!is_listed(names, option->name) &&
+            memcmp((const char *)values + option->offset, (const char *)defaults + option->offset,
+                   value_bytes(option)) != 0) {
+            return option->name;
+        }
+    }
+    return NULL;
+}
+
+void options_rename(int argc, char **argv, const char *old, const char *now) {
+    static char renamed[64];
+    const size_t length = strlen(old);
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
+        if (strncmp(argv[i], old, length) == 0 &&
+            (argv[i][length] == '\0' || argv[i][length] == '=')) {
+            snprintf(renamed, sizeof renamed, "%s%s", now, argv[i] + length);
+            fprintf(stderr, "vergence: note: %s is now %s\n", old, now);
+            argv[i] = renamed;
+        }
+    }
+}
+
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count) {
     struct message message;

@@ -24,6 +24,15 @@ int options_parse(const struct option_page *page, int argc, char **argv, void *v
 int options_read(const struct option_page *page, int argc, char **argv, void *values,
                  const char **operands, int *operand_count, struct message *message);
 
+/// The first option that is not among `names`, separated by one blank, and whose value is not the
+/// default; NULL: none.
+const char *options_find_other(const struct option_page *page, const char *names,
+                               const void *values, const void *defaults);
+
+/// Replaces the option `old` of earlier versions by the present one, with a note. At most once in a
+/// process.
+void options_rename(int argc, char **argv, const char *old, const char *now);
+
 #ifdef __cplusplus
 }
 #endif

@@ -160,7 +160,7 @@ static int print_page(const char *name, char *form, const struct client_command 
     char copy[CLIENT_NAME_MAX];
     if (strcmp(name, CLIENT_HELP_CONNECT) == 0) {
         char *remote_argv[] = {connect, connect, form, NULL};
-        return remote_main(3, remote_argv, NULL);
+        return remote_main(3, remote_argv, NULL, NULL);
     }
     const struct client_command *command = find_command(name, commands, command_count);
     if (command == NULL) {
@@ -220,11 +220,11 @@ static bool connects_later(int argc, char **argv) {
     return false;
 }
 
-/// The client's own `measure`, for `--connect`; NULL: it has none.
-static const struct client_command *own_measure(const struct client_command *commands,
-                                                int command_count) {
+/// The client's own command of this name, for `--connect`; NULL: it has none.
+static const struct client_command *own(const char *name, const struct client_command *commands,
+                                        int command_count) {
     for (int i = 0; i < command_count; i++) {
-        if (strcmp("measure", commands[i].name) == 0) {
+        if (strcmp(name, commands[i].name) == 0) {
             return &commands[i];
         }
     }
@@ -246,7 +246,8 @@ static int dispatch(int argc, char **argv, const struct client_command *commands
         return CLIENT_OK;
     }
     if (strncmp(argv[1], "--connect", 9) == 0) {
-        return remote_main(argc, argv, own_measure(commands, command_count));
+        return remote_main(argc, argv, own("measure", commands, command_count),
+                           own("reconstruct", commands, command_count));
     }
     if (argv[1][0] == '-' && connects_later(argc, argv)) {
         fprintf(stderr,

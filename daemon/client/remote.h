@@ -35,11 +35,12 @@ struct remote {
     struct cJSON *answer;    ///< answer to the last remote_call; freed with the connection
     bool interrupted;        ///< Ctrl-C was pressed: the command is cancelled, no new one starts
     bool refused;            ///< the instrument answered ERR to the last remote_call
-    const struct client_command *measure;  ///< the client's own `measure`; NULL: it has none
-    int measure_exit;                      ///< its exit code, after remote_measure
-    bool shows_steps;                      ///< progress with a reason is kept on standard error
-    char step[REMOTE_STEP_BYTES];          ///< the last one shown
-    bool over;                             ///< "quit" was sent: no more commands can follow
+    /// The client's own commands; NULL: it has none.
+    const struct client_command *measure, *reconstruct;
+    int measure_exit;              ///< its exit code, after remote_measure
+    bool shows_steps;              ///< progress with a reason is kept on standard error
+    char step[REMOTE_STEP_BYTES];  ///< the last one shown
+    bool over;                     ///< "quit" was sent: no more commands can follow
     /// Another descriptor to watch while waiting for an answer, and its handler; -1, NULL: none.
     int extra_fd;
     void (*service)(struct remote *self);
@@ -86,9 +87,10 @@ bool remote_is_address(const char *word);
 /// names all sockets tried, and leaves the cause for the last one in errno.
 int remote_open_default(struct remote_line *line, struct message *message);
 
-/// Runs the command line `vergence --connect ...`; returns the process's exit code. `measure`: the
-/// client's own command `measure SESSION`; NULL: it has none.
-int remote_main(int argc, char **argv, const struct client_command *measure);
+/// Runs the command line `vergence --connect ...`; returns the process's exit code. `measure`,
+/// `reconstruct`: the client's own commands of these names; NULL: it has none.
+int remote_main(int argc, char **argv, const struct client_command *measure,
+                const struct client_command *reconstruct);
 
 /// Sends a command and passes each line of the answer to `show`; waits for its end without a limit.
 /// Over a serial line only lines that arrived undamaged are shown; a command that arrived damaged,
@@ -134,16 +136,18 @@ int remote_fetch(struct remote *self, const char *name, const char *local,
                  struct remote_written *written, struct message *message);
 
 /// Runs a line that moves whole files: "fetch NAME [FILE]" (also of a directory), "send FILE
-/// [NAME]", and commands that make files, which are fetched: "view", "focus-curve", "measure". 0:
-/// not such a line; else 1, with its result in `*error`, as of remote_ask. Written files are shown
-/// as an answer, in JSON errors too.
+/// [NAME]", and commands that make files, which are fetched: "view", "focus-curve", "measure",
+/// "reconstruct" unless it names its files. 0: not such a line; else 1, with its result in
+/// `*error`, as of remote_ask. Written files are shown as an answer, in JSON errors too.
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message);
 
 /// Runs `measure NAME ...`: the instrument measures; the session is fetched and the client's own
 /// `measure` makes its surface here, with the options that only the PC has, which are checked
-/// before. Over a serial line, or without that command, the instrument's surface is fetched. As
-/// remote_ask; `measure_exit` is the exit code of the surface made here, or of that check.
+/// before. Over a serial line, or without that command, the instrument's surface is fetched. Runs
+/// `reconstruct ...`, too: the surface is fetched in its compact form, of which the client's own
+/// `reconstruct` makes all files. As remote_ask; `measure_exit` is the exit code of the client's
+/// own command, or of that check.
 int remote_measure(struct remote *self, const struct command_words *words, remote_show *show,
                    void *cookie, struct message *message);
 

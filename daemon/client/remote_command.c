@@ -67,7 +67,9 @@ static const struct option_page page = {
         "connection is lost, the same "
         "command resumes the transfer later. \"view\" fetches an image of what both cameras see "
         "now. \"measure NAME\" fetches its session and makes the surface here, with the options of "
-        "\"vergence measure\" (--out, --board, ...) that follow.\n"
+        "\"vergence measure\" (--out, --board, ...) that follow. \"reconstruct [NAME]\" fetches "
+        "what was measured in its compact form and makes the files of it here, in a directory of "
+        "the surface's name or in --out DIR; with \"files=LIST\" they stay on the instrument.\n"
         "Exit code: 0 OK; 1 ERR, or a local file or script failed; 2 invalid command line; 3 no "
         "connection, or no vergenced there; 130 cancelled by Ctrl-C.",
     .examples =
@@ -382,7 +384,8 @@ static int open_line(struct remote *self, const char *where, struct message *mes
     }
 }
 
-int remote_main(int argc, char **argv, const struct client_command *measure) {
+int remote_main(int argc, char **argv, const struct client_command *measure,
+                const struct client_command *reconstruct) {
     struct arguments arguments = {0};
     const int first = first_word(&argc, argv);
     const int count = argc - first;
@@ -393,8 +396,11 @@ int remote_main(int argc, char **argv, const struct client_command *measure) {
     if (code != OPTIONS_CONTINUE) {
         return code;
     }
-    struct remote remote = {
-        .json = arguments.json, .extra_fd = -1, .token_path = arguments.token, .measure = measure};
+    struct remote remote = {.json = arguments.json,
+                            .extra_fd = -1,
+                            .token_path = arguments.token,
+                            .measure = measure,
+                            .reconstruct = reconstruct};
     const char *option = misplaced(argv + first, count);
     if (option != NULL) {
         message_set(&message, 0, "put \"%s\" between ADDRESS and the command", option);

@@ -243,14 +243,29 @@ static int make(struct remote *self, const char *line, remote_show *show, void *
 
 enum file_command { NO_FILE_COMMAND, MAKE, MEASURE, SEND, FETCH };
 
+/// Whether it is a command whose surface is made here: `measure NAME`, and `reconstruct` without
+/// its option files, in any form.
+static bool makes_surface(const struct remote *remote, const struct command_words *words) {
+    if (strcmp(words->word[0], "measure") == 0) {
+        return words->count > 1;
+    }
+    bool made = remote->reconstruct != NULL && strcmp(words->word[0], "reconstruct") == 0;
+    for (size_t i = 1; i < words->count; i++) {
+        const char *name = words->word[i] + strspn(words->word[i], "-");
+        made = made && !(strncmp(name, "files", 5) == 0 && (name[5] == '\0' || name[5] == '='));
+    }
+    return made;
+}
+
 /// Which of the client's own commands it is.
-static enum file_command command_of(const struct command_words *words) {
+static enum file_command command_of(const struct remote *remote,
+                                    const struct command_words *words) {
     static const struct command_parser parser = {.dashes = ""};
     if (strcmp(words->word[0], "view") == 0 || strcmp(words->word[0], "focus-curve") == 0) {
         return MAKE;
     }
-    if (strcmp(words->word[0], "measure") == 0) {
-        return words->count > 1 ? MEASURE : NO_FILE_COMMAND;
+    if (makes_surface(remote, words)) {
+        return MEASURE;
     }
     // "fetch NAME offset=0" is for the instrument.
     const bool block = words->count == 3 && (words->quoted >> 2 & 1) == 0 &&
@@ -285,7 +300,7 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     if (command_words_split(line, storage, &words, &why) != 0 || words.count == 0) {
         return 0;
     }
-    const enum file_command command = command_of(&words);
+    const enum file_command command = command_of(self, &words);
     if (command == NO_FILE_COMMAND) {
         return 0;
     }

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // `measure NAME`: the instrument measures, the client fetches the session and makes the surface of
 // it here, with everything that a PC adds: a report, and a board in view that the adjustment may
-// use.
+// use. `reconstruct`, and `measure` over a serial line: the client fetches what the instrument
+// measured, in one compact file, and makes all other files of that.
 #include <cjson/cJSON.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "console/command.h"
 #include "core/error.h"
@@ -16,6 +18,8 @@
 #include "daemon/cli/options.h"
 #include "daemon/client/client.h"
 #include "daemon/client/remote.h"
+
+#define SURFACE_FILE "surface.compact"
 
 enum { NAME_BYTES = 256, LOCAL_WORDS_MAX = 2 * COMMAND_WORDS_MAX + 4 };
 
@@ -29,6 +33,7 @@ struct measuring {
     // As the instrument names them; the session is not `name` while it records.
     char name[NAME_BYTES], session[NAME_BYTES], result[NAME_BYTES];
     struct cJSON *answer;  // the whole answer as parsed JSON
+    bool is_measure;       // else `reconstruct`
 };
 
 /// Whether a word is `NAME=...` or `--NAME` of a local option; `*has_value`: it contains the value.
@@ -154,28 +159,23 @@ static int make_words(const struct remote *self, char *session, const struct par
     return count;
 }
 
-/// Runs `vergence measure SESSION`, which Ctrl-C ends as usual. Returns its exit code.
-static int run_here(struct remote *self, char *session, const struct parts *parts) {
-    char *words[LOCAL_WORDS_MAX];
+/// Runs a command of this program, which Ctrl-C ends as usual. Returns its exit code.
+static int run_here(const struct client_command *command, int count, char **words) {
     sigset_t taken, before;
-    const int count = make_words(self, session, parts, words);
     sigemptyset(&taken);
     sigaddset(&taken, SIGINT);
     sigprocmask(SIG_UNBLOCK, &taken, &before);
-    const int code = self->measure->run(count, words);
+    const int code = command->run(count, words);
     interrupt_release();  // the prompt continues
     sigprocmask(SIG_SETMASK, &before, NULL);
     return code;
 }
 
-/// Fetches a session or a result, and shows that. Over a serial line the frames would take an hour.
-static int fetch(struct remote *self, const struct measuring *measuring, bool session,
-                 struct message *message) {
+/// Fetches a file or a directory, and shows that.
+static int fetch(struct remote *self, const struct measuring *measuring, const char *name,
+                 const char *local, struct message *message) {
     static struct remote_written written;
-    const char *name = session ? measuring->session : measuring->result;
-    const int error = is_plain(name)
-                          ? remote_fetch(self, name, NULL, &written, message)
-                          : message_set(message, ERROR_VERSION, "invalid answer from vergenced");
+    const int error = remote_fetch(self, name, local, &written, message);
     if (error == ERROR_OK && self->json) {
         struct cJSON *result = cJSON_GetObjectItemCaseSensitive(measuring->answer, "result");
         cJSON_AddStringToObject(result, "fetched", written.name);
@@ -189,23 +189,73 @@ static int fetch(struct remote *self, const struct measuring *measuring, bool se
 static const char *why_not_here(const struct remote *self, const struct measuring *measuring) {
     return strcmp(measuring->name, measuring->session) != 0
                ? "note: the surface is the instrument's own: after \"record stop\" fetch the "
-                 "recording, of which \"vergence measure\" makes one with a report"
+                 "recording, of which \"vergence measure\" makes one here"
            : self->line.serial
-               ? "note: over a serial line the surface is the instrument's own, without a report "
-                 "(fetch the session over a network for one)"
+               ? "note: over a serial line the surface is the instrument's own (fetch the session "
+                 "over a network to make one here)"
            : self->measure == NULL
                ? "note: the surface is the instrument's own: this program makes none"
                : NULL;
 }
 
+/// Fetches the instrument's surface in its compact form and makes all files of it here: in a
+/// directory of the surface's name, or as the option out says. The fetched file goes once they
+/// are there, as they contain it.
+static int unpack(struct remote *self, const struct measuring *measuring, const struct parts *parts,
+                  struct message *message) {
+    char name[NAME_BYTES + sizeof SURFACE_FILE + 1], local[NAME_BYTES + sizeof SURFACE_FILE];
+    char command[] = "reconstruct", out[] = "--out", quiet[] = "--quiet", result[NAME_BYTES];
+    char *words[LOCAL_WORDS_MAX] = {command, local};
+    int count = 2;
+    snprintf(name, sizeof name, "%s/" SURFACE_FILE, measuring->result);
+    snprintf(local, sizeof local, "%s.compact", measuring->result);
+    snprintf(result, sizeof result, "%s", measuring->result);
+    // The last --out counts. Other options are for `measure` and the pictures, which stay there.
+    words[count++] = out;
+    words[count++] = result;
+    for (int i = 0; i < parts->local_count; i++) {
+        if (strncmp(parts->local[i], out, sizeof out - 1) == 0) {
+            words[count++] = parts->local[i];
+            if (strcmp(parts->local[i], out) == 0) {
+                words[count++] = parts->local[++i];
+            }
+        }
+    }
+    if (self->json) {
+        words[count++] = quiet;
+    }
+    words[count] = NULL;
+    const int error = fetch(self, measuring, name, local, message);
+    if (error == ERROR_OK) {
+        self->measure_exit = run_here(self->reconstruct, count, words);
+    }
+    if (error == ERROR_OK && self->measure_exit == CLIENT_OK) {
+        unlink(local);
+    }
+    return error;
+}
+
 /// Fetches what was measured, and makes the surface here or says why not.
 static int conclude(struct remote *self, struct parts *parts, struct measuring *measuring,
                     struct message *message) {
-    const char *why = why_not_here(self, measuring);
-    const int error = fetch(self, measuring, why == NULL, message);
-    if (error == ERROR_OK && why == NULL) {
-        self->measure_exit = run_here(self, measuring->session, parts);
-    } else if (error == ERROR_OK && !self->json) {
+    const char *why = measuring->is_measure ? why_not_here(self, measuring) : NULL;
+    if (!is_plain(measuring->session) || !is_plain(measuring->result)) {
+        return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
+    }
+    int error = ERROR_OK;
+    if (measuring->is_measure && why == NULL) {
+        char *words[LOCAL_WORDS_MAX];
+        error = fetch(self, measuring, measuring->session, NULL, message);
+        if (error == ERROR_OK) {
+            const int count = make_words(self, measuring->session, parts, words);
+            self->measure_exit = run_here(self->measure, count, words);
+        }
+    } else {
+        error = self->reconstruct != NULL
+                    ? unpack(self, measuring, parts, message)
+                    : fetch(self, measuring, measuring->result, NULL, message);
+    }
+    if (error == ERROR_OK && why != NULL && !self->json) {
         measuring->show(self, measuring->cookie, why);
     }
     return error;
@@ -266,13 +316,18 @@ static bool check_here(struct remote *self, const struct command_words *line, ch
 int remote_measure(struct remote *self, const struct command_words *words, remote_show *show,
                    void *cookie, struct message *message) {
     static struct parts parts;
-    struct measuring measuring = {.show = show, .cookie = cookie};
+    struct measuring measuring = {
+        .show = show, .cookie = cookie, .is_measure = strcmp(words->word[0], "measure") == 0};
     self->measure_exit = CLIENT_OK;
-    snprintf(measuring.name, sizeof measuring.name, "%s", words->word[1]);
-    int error = split(words, &parts, message);
-    if (error == ERROR_OK && check_here(self, words, measuring.name, &parts, &error, message)) {
-        error = measure(self, &parts, &measuring, message);
+    if (words->count > 1) {
+        snprintf(measuring.name, sizeof measuring.name, "%s", words->word[1]);
     }
+    int error = split(words, &parts, message);
+    if (error == ERROR_OK && measuring.is_measure &&
+        !check_here(self, words, measuring.name, &parts, &error, message)) {
+        return error;
+    }
+    error = error == ERROR_OK ? measure(self, &parts, &measuring, message) : error;
     cJSON_Delete(measuring.answer);
     return error;
 }

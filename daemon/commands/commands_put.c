@@ -156,7 +156,8 @@ static const struct command_argument put_arguments[] = {
 static const struct command commands[] = {
     {.name = "put",
      .summary = "write files to a TFTP server",
-     .help = "Example: put surface-scene-1/mesh.ply tftp:192.0.2.1/mesh.ply. Files of a directory "
+     .help = "Example: put surface-scene-1/surface.compact tftp:192.0.2.1/scene.compact. Files of "
+             "a directory "
              "are written below its name, for which the directory must exist at the server. "
              "Nothing is authenticated or encrypted; a file that failed may be there in part.",
      .arguments = put_arguments,

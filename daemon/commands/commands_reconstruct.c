@@ -116,7 +116,10 @@ static int make_request(struct surface *self) {
         return command_fail(self->call, ERROR_RANGE, "reconstruct: %s", wrong);
     }
     struct message message;
-    int error = result_format_check(request->files, reconstruct_program_system.writers, &message);
+    const bool all = request->files != NULL && strcmp(request->files, SURFACE_RUN_ALL) == 0;
+    int error =
+        all ? ERROR_OK
+            : result_format_check(request->files, reconstruct_program_system.writers, &message);
     if (error != ERROR_OK) {
         return command_fail(self->call, error, "reconstruct: %s", message.text);
     }
@@ -242,8 +245,9 @@ static const struct command commands[] = {
     {.name = "reconstruct",
      .summary = "measure a surface from the last pair, or from a recorded one",
      .help =
-         "Writes " RESULT_FORMAT_SYSTEM_NAMES "or those that \"files\" lists, to the directory "
-         "surface-SESSION-PAIR, which appears once it is complete. Uses the session's "
+         "Writes " SURFACE_RUN_FILES ", of which \"vergence reconstruct\" makes all other files on "
+         "a PC, or what \"files\" lists of " RESULT_FORMAT_SYSTEM_NAMES "or \"all\", to the "
+         "directory surface-SESSION-PAIR, which appears once it is complete. Uses the session's "
          "calibration, else the saved one; one of the whole sensor is cut to the frames' window. "
          "1 % of the points are nearer than depth_near, 1 % farther than depth_far. A lower scale "
          "takes less memory and time.",

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/stat.h>
 
 #include "daemon/commands/commands.h"
@@ -93,6 +94,11 @@ int surface_run(struct surface_run *self) {
     self->source.captured = self->captured;
     load_saved(self);
     self->request.out_path = self->keep ? self->out_path : NULL;
+    if (self->request.files == NULL) {
+        self->request.files = SURFACE_RUN_FILES;
+    } else if (strcmp(self->request.files, SURFACE_RUN_ALL) == 0) {
+        self->request.files = NULL;
+    }
     job->program = &reconstruct_program_system;
     job->request = &self->request;
     job->caller = &self->caller;

@@ -8,6 +8,10 @@
 #include "daemon/surface/reconstruct_job.h"
 #include "daemon/surface/reconstruct_session.h"
 
+/// Files that are written by default: a client makes all others of them. And the word for all.
+#define SURFACE_RUN_FILES "surface.compact,result.json"
+#define SURFACE_RUN_ALL "all"
+
 /// One run. Allocate it zeroed: it is large.
 struct surface_run {
     // Set by the caller:

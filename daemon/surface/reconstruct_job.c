@@ -109,12 +109,21 @@ static int check_readable(const char *path, struct message *message) {
     return ERROR_OK;
 }
 
+/// Whether the program writes the file and the request wants it.
+static bool is_wanted(const struct reconstruct_job *job, int format) {
+    return job->program->writers[format] != NULL &&
+           result_format_listed(job->request->files, result_formats[format].file_name);
+}
+
 /// The input that the file `name` in `directory` would replace; NULL: none.
-static const char *replaced_input(const struct reconstruct_request *request, const char *directory,
+static const char *replaced_input(const struct reconstruct_job *job, const char *directory,
                                   const char *name) {
-    const char *const inputs[] = {request->left_path, request->right_path,
-                                  request->calibration_path, request->ground_truth_path,
-                                  request->mask_path};
+    const struct reconstruct_request *request = job->request;
+    // A surface is written again as it was.
+    const char *compact_path = is_wanted(job, RESULT_COMPACT) ? NULL : request->compact_path;
+    const char *const inputs[] = {
+        request->left_path,        request->right_path,        compact_path,
+        request->calibration_path, request->ground_truth_path, request->mask_path};
     for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++) {
         if (inputs[i] != NULL && atomic_dir_replaces(directory, name, inputs[i])) {
             return inputs[i];
@@ -132,14 +141,14 @@ static int protect_inputs(const struct reconstruct_job *job, struct message *mes
     for (int k = 0; input == NULL && request->out_path != NULL && k < RESULT_FORMATS; k++) {
         if (job->program->writers[k] != NULL) {
             name = result_formats[k].file_name;
-            input = replaced_input(request, request->out_path, name);
+            input = replaced_input(job, request->out_path, name);
         }
     }
     if (input == NULL && request->debug_path != NULL) {
         option = "--debug";
         for (int k = 0; input == NULL && k < job->program->debug_file_count; k++) {
             name = job->program->debug_files[k];
-            input = replaced_input(request, request->debug_path, name);
+            input = replaced_input(job, request->debug_path, name);
         }
     }
     return input == NULL
@@ -193,9 +202,8 @@ static void warn_assumed_depths(struct reconstruct_job *job) {
     }
 }
 
-/// Reads the inputs once all names of files are known to be good.
-static int read_inputs(struct reconstruct_job *job) {
-    const struct reconstruct_caller *caller = job->caller;
+/// Whether all names of files are good.
+static int check_files(struct reconstruct_job *job) {
     int error = check_readable(job->request->ground_truth_path, &job->message);
     if (error != ERROR_OK) {
         return error;
@@ -204,15 +212,15 @@ static int read_inputs(struct reconstruct_job *job) {
     if (error != ERROR_OK) {
         return error;
     }
-    error = protect_inputs(job, &job->message);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    return caller->read(caller->source, job->request, &job->inputs, &job->context, &job->message);
+    return protect_inputs(job, &job->message);
 }
 
 static int prepare(struct reconstruct_job *job) {
-    int error = read_inputs(job);
+    const struct reconstruct_caller *caller = job->caller;
+    int error = check_files(job);
+    error = error != ERROR_OK ? error
+                              : caller->read(caller->source, job->request, &job->inputs,
+                                             &job->context, &job->message);
     if (error != ERROR_OK) {
         return error;
     }
@@ -243,10 +251,44 @@ static int prepare(struct reconstruct_job *job) {
     return check_truth(job);
 }
 
-static int allocate(struct reconstruct_job *job) {
+static int take_workers(struct reconstruct_job *job) {
     job->workers = job->pool != NULL ? job->pool : workers_create(job->request->threads);
-    if (job->workers == NULL) {
-        return message_set(&job->message, ERROR_MEMORY, "out of memory for threads");
+    return job->workers != NULL
+               ? ERROR_OK
+               : message_set(&job->message, ERROR_MEMORY, "out of memory for threads");
+}
+
+/// Reads a surface that was measured already, in place of all stages.
+static int restore(struct reconstruct_job *job) {
+    const struct reconstruct_request *request = job->request;
+    struct reconstruct_context *context = &job->context;
+    int error = check_files(job);
+    error = error != ERROR_OK ? error : take_workers(job);
+    error = error != ERROR_OK ? error
+                              : compact_read(request->compact_path, workers_parallel(job->workers),
+                                             &job->compact, &job->message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const double work_ns[RECONSTRUCT_WORK_STAGES] = {[RECONSTRUCT_WORK_WRITE] = 1};
+    if (job->caller->expect != NULL) {
+        job->caller->expect(job->caller->self, work_ns, RECONSTRUCT_WORK_STAGES);
+    }
+    *context = job->compact->context;
+    job->result = job->compact->result;
+    context->caller = job->caller;
+    context->result = &job->result;
+    context->ground_truth_path = request->ground_truth_path;
+    context->mask_path = request->mask_path;
+    context->ground_truth_scale = request->ground_truth_scale;
+    choose_files(job);
+    return check_truth(job);
+}
+
+static int allocate(struct reconstruct_job *job) {
+    const int error = take_workers(job);
+    if (error != ERROR_OK) {
+        return error;
     }
     job->context.threads = workers_parallel(job->workers)->threads;
     struct free_space need =
@@ -342,12 +384,6 @@ static void find_common_sigma(struct reconstruct_job *job) {
     }
 }
 
-/// Whether the program writes the file and the request wants it.
-static bool is_wanted(const struct reconstruct_job *job, int format) {
-    return job->program->writers[format] != NULL &&
-           result_format_listed(job->request->files, result_formats[format].file_name);
-}
-
 /// Only if a file will contain it.
 static int simplify(struct reconstruct_job *job) {
     const struct reconstruct_request *request = job->request;
@@ -364,11 +400,14 @@ static int simplify(struct reconstruct_job *job) {
     return error;
 }
 
-/// Whether a file has nothing to hold: millimetres, or a surface nearer than infinity.
-static bool is_void(const struct reconstruct_job *job, const struct result_format *format) {
+/// Whether a file has nothing to hold: millimetres, a surface nearer than infinity, or the picture
+/// of the right camera.
+static bool is_void(const struct reconstruct_job *job, int name) {
+    const struct result_format *format = &result_formats[name];
     const bool beyond =
         job->result.triangle_count == 0 && job->result.reason_count[REASON_BEYOND] > 0;
-    return (format->metric_only && !job->context.metric) || (format->of_surface && beyond);
+    return (format->metric_only && !job->context.metric) || (format->of_surface && beyond) ||
+           (name == RESULT_RIGHT_PNG && job->compact != NULL);
 }
 
 /// Writes into the hidden directory.
@@ -385,7 +424,7 @@ static int write_results(struct reconstruct_job *job) {
         if (interrupt_requested()) {
             return message_set(&job->message, ERROR_CANCELLED, "%s", interrupted);
         }
-        if (!is_wanted(job, i) || is_void(job, format)) {
+        if (!is_wanted(job, i) || is_void(job, i)) {
             continue;
         }
         atomic_dir_file_path(&job->directory, format->file_name, path);
@@ -482,8 +521,8 @@ static int begin_directory(struct reconstruct_job *job) {
     return error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
 }
 
-/// Everything up to the hidden files.
-static int make_results(struct reconstruct_job *job) {
+/// All stages.
+static int measure(struct reconstruct_job *job) {
     int error = allocate(job);
     if (error != ERROR_OK) {
         return error;
@@ -494,11 +533,18 @@ static int make_results(struct reconstruct_job *job) {
     }
     find_common_sigma(job);
     reconstruct_doubts_record(&job->context);
-    return job->request->out_path != NULL ? write_results(job) : ERROR_OK;
+    job->context.notes_measured = job->context.warning_count;
+    return ERROR_OK;
+}
+
+/// Everything up to the hidden files.
+static int make_results(struct reconstruct_job *job) {
+    const int error = job->compact == NULL ? measure(job) : ERROR_OK;
+    return error == ERROR_OK && job->request->out_path != NULL ? write_results(job) : error;
 }
 
 static int run(struct reconstruct_job *job) {
-    int error = prepare(job);
+    int error = job->request->compact_path != NULL ? restore(job) : prepare(job);
     if (error != ERROR_OK) {
         return error;
     }
@@ -543,7 +589,7 @@ static int write_again(struct reconstruct_job *job) {
 }
 
 int reconstruct_job_write(struct reconstruct_job *job) {
-    INVARIANT(job->request->out_path != NULL && job->memory != NULL);
+    INVARIANT(job->request->out_path != NULL && (job->memory != NULL || job->compact != NULL));
     job->message.text[0] = '\0';
     interrupt_ask(job->caller->should_stop, job->caller->self);
     const int error = write_again(job);
@@ -578,5 +624,6 @@ void reconstruct_job_end(struct reconstruct_job *job) {
     if (job->memory != NULL) {
         munmap(job->memory, job->memory_bytes);
     }
+    compact_free(job->compact);
     reconstruct_inputs_free(&job->inputs);
 }

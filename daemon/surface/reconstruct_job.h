@@ -10,6 +10,7 @@
 #include "daemon/surface/reconstruct_inputs.h"
 #include "daemon/surface/reconstruct_program.h"
 #include "daemon/surface/reconstruct_request.h"
+#include "daemon/surface/result/compact.h"
 #include "daemon/surface/result/reconstruct_context.h"
 #include "stereo/reconstruct.h"
 
@@ -38,6 +39,7 @@ struct reconstruct_job {
     struct reconstruct_context context;  // everything about the run, valid after it
     struct message message;              // reason of a failed run
 
+    struct compact *compact;  // what the result was read from; NULL: it was measured
     struct reconstruct_inputs inputs;
     struct reconstruct_options options;
     struct reconstruct_result result;

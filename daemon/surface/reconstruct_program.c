@@ -16,5 +16,6 @@ const struct reconstruct_program reconstruct_program_system = {
                 [RESULT_REASONS_PGM] = write_reasons,
                 [RESULT_POINTS_PCD] = write_pcd,
                 [RESULT_MESH_PLY] = write_ply,
+                [RESULT_COMPACT] = compact_write,
                 [RESULT_RESULT_JSON] = write_result},
 };

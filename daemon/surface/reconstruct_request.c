@@ -14,6 +14,7 @@
 #include "daemon/files/input_file.h"
 #include "daemon/images/image_file.h"
 #include "daemon/surface/length_check.h"
+#include "daemon/surface/result/compact.h"
 #include "daemon/surface/result/result_format.h"
 #include "stereo/image/image.h"
 #include "stereo/match/match.h"
@@ -160,7 +161,7 @@ const size_t reconstruct_argument_count =
 
 static const struct option_page page = {
     .command = "vergence reconstruct",
-    .operands = "LEFT RIGHT | SESSION",
+    .operands = "LEFT RIGHT | SESSION | COMPACT",
     .summary = "measure a surface from a pair of images",
     .description =
         "Rectifies the pair, finds the disparity of every pixel of the left image, or the reason "
@@ -171,6 +172,8 @@ static const struct option_page page = {
         "SESSION is a directory written by \"capture\" or \"record\" of vergenced: its last pair "
         "is measured with the session's calibration, unless --calibration names another; "
         "--all measures all pairs.\n"
+        "COMPACT is the surface.compact of an earlier run, here or on the instrument: the same "
+        "files are made of it without the images, but for right_rectified.png and the report's.\n"
         "The directory of results appears once everything is written; before that, and after any "
         "failure, nothing of this run exists under its name. Ctrl-C stops within a second.",
     .examples =
@@ -179,6 +182,7 @@ static const struct option_page page = {
         "--out result\n"
         "vergence reconstruct files/scene --calibration calibrated/rig.calibration --out result\n"
         "vergence reconstruct files --all --calibration calibrated/rig.calibration --out results\n"
+        "vergence reconstruct result/surface.compact --triangles 100000 --out web\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:64 --out result "
         "--debug why",
@@ -191,7 +195,7 @@ static const struct option_page page = {
 /// What is wrong with images and session; NULL: nothing.
 static const char *check_images(const struct reconstruct_request *request) {
     if (request->session_path == NULL && request->right_path == NULL) {
-        return "missing RIGHT (expected two images, or the directory of a recorded session)";
+        return "missing RIGHT (expected two images, a recorded session or a surface.compact)";
     }
     if (request->session_path == NULL && request->pair != 0) {
         return "--pair requires a recorded session";
@@ -285,8 +289,25 @@ static const char *check_outputs(const struct reconstruct_request *request) {
     return NULL;
 }
 
+/// What is wrong with the options for a surface that was measured already: only files are made of
+/// it. NULL: nothing.
+static const char *check_compact(const struct reconstruct_request *request) {
+    static const char of_files[] =
+        "files out threads triangles error compress mesh-unit ground-truth mask ground-truth-scale "
+        "json quiet";
+    const struct reconstruct_request defaults = reconstruct_request_defaults();
+    static char wrong[128];
+    const char *other = options_find_other(&page, of_files, request, &defaults);
+    snprintf(wrong, sizeof wrong, "--%.30s needs the images, which COMPACT does not have",
+             other != NULL ? other : "");
+    return other != NULL ? wrong : check_outputs(request);
+}
+
 /// Contradictions that the option table cannot express; NULL if there are none.
 static const char *find_contradiction(struct reconstruct_request *request) {
+    if (request->compact_path != NULL) {
+        return check_compact(request);
+    }
     const char *wrong = check_images(request);
     wrong = wrong != NULL ? wrong : check_all(request);
     wrong = wrong != NULL ? wrong : check_calibration(request);
@@ -322,21 +343,6 @@ struct reconstruct_request reconstruct_request_defaults(void) {
                                         .debug_row = -1};
 }
 
-/// Up to version 1 --with-pair was --bracket, a word that now means exposures only.
-static void rename_old_option(int argc, char **argv) {
-    static const char old[] = "--bracket";
-    static char renamed[64];
-    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
-        const size_t length = sizeof old - 1;
-        if (strncmp(argv[i], old, length) == 0 &&
-            (argv[i][length] == '\0' || argv[i][length] == '=')) {
-            snprintf(renamed, sizeof renamed, "--with-pair%s", argv[i] + length);
-            fprintf(stderr, "vergence: note: --bracket is now --with-pair\n");
-            argv[i] = renamed;
-        }
-    }
-}
-
 /// Sets what the operands name, and checks the whole request. ERROR_MISSING: no such file;
 /// ERROR_ARGUMENT: wrong usage; with `message` set.
 static int complete(struct reconstruct_request *request, const char *const *operands, int count,
@@ -346,6 +352,8 @@ static int complete(struct reconstruct_request *request, const char *const *oper
     }
     if (count == 1 && input_file_is_directory(operands[0])) {
         request->session_path = operands[0];
+    } else if (count == 1 && compact_is(operands[0])) {
+        request->compact_path = operands[0];
     } else {
         request->left_path = operands[0];
         request->right_path = operands[1];
@@ -370,7 +378,7 @@ int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request 
     *request = reconstruct_request_defaults();
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
-    rename_old_option(argc, argv);
+    options_rename(argc, argv, "--bracket", "--with-pair");
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;

@@ -15,6 +15,7 @@ extern "C" {
 struct reconstruct_request {
     const char *left_path, *right_path;
     const char *session_path;  // a session directory instead; NULL: not given
+    const char *compact_path;  // a surface already measured instead; NULL: not given
     bool all;                  // all pairs of the session, or of the sessions in the directory
     int pair;                  // number of the pair in the session, from 1; 0: not given
     int with_pair;             // pair at another zoom; 0: not given

@@ -252,8 +252,7 @@ class SurfaceTest(BoardTest):
         self.vergence("calibration", "set", "rig.calibration")
         self.vergence("capture", "scene")  # with the calibration
         self.vergence("reconstruct", "scene", *DEPTH)
-        for name in ("scene", "surface-scene-1"):
-            self.vergence("fetch", name)
+        self.vergence("fetch", "scene")  # the surface was, in its compact form
         near, far = (word.split("=")[1] for word in DEPTH)
         self.on_host(VERGENCE, "reconstruct", "scene", "--near", near, "--far", far, "--out", "surface")
         for name in SURFACE:

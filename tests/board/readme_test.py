@@ -51,7 +51,7 @@ class FromNothingToASurface(BoardTest):
                                       capture_output=True, timeout=COMMAND_LIMIT_S, env=environment,
                                       check=False)
                 self.assertEqual(done.returncode, 0, f"{line}\n{done.stdout}{done.stderr}")
-        self.assertGreater((folder / "surface-first-1/mesh.ply").stat().st_size, 100_000)
+        self.assertGreater((folder / "surface/mesh.ply").stat().st_size, 100_000)
 
 
 if __name__ == "__main__":

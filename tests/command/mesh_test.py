@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Simplified and compressed meshes, their units, and which files are written."""
+"""Simplified and compressed meshes, their units, which files are written, and the compact surface, of
+which they are made again."""
 import json
 import os
+import shutil
+import struct
 import unittest
+import zlib
 
 import cv2
 import numpy
 
 import foreign_readers
 import pairs
-from pairs import BOARD, FOCAL_PX, RECTIFIED
+from pairs import BOARD, FOCAL_PX, RECTIFIED, VERGENCE
 from results import result_names
 
 KINDS = {5120: "i1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -181,6 +185,126 @@ class Mesh(pairs.Fixture):
             done = pairs.run("reconstruct", left, right, *RECTIFIED, *option, "--out", self.out,
                              program=BOARD)
             self.assertEqual(done.returncode, 2, done.stderr)
+
+
+class Compact(pairs.Fixture):
+    """surface.compact gives the files that were made with it again, and nothing if it is damaged."""
+    NOT_IN_IT = {"right_rectified.png", "report.html"}
+
+    def make_again(self, *options, program=VERGENCE):
+        again = self.directory / "again"
+        shutil.rmtree(again, ignore_errors=True)
+        done = pairs.run("reconstruct", self.out / "surface.compact", "--out", again, *options,
+                         program=program)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return again
+
+    def check_same(self, *options):
+        again = self.make_again(*options)
+        names = set(result_names(self.out)) - self.NOT_IN_IT
+        self.assertEqual(names, set(result_names(again)) - {"report.html"})
+        self.assertIn("mesh.ply", names)
+        for name in sorted(names):
+            self.assertEqual((self.out / name).read_bytes(), (again / name).read_bytes(), name)
+
+    def test_the_same_files(self):
+        half = ["--region", f"{pairs.WIDTH // 4},20,{pairs.WIDTH // 2},101"]
+        for options in ([], ["--fill"], ["--keep-all", "--no-refine"], half, ["--scale", "0.7"]):
+            with self.subTest(options=options):
+                self.reconstruct(*RECTIFIED, *options)
+                self.check_same()
+        with self.subTest("no lengths"):
+            self.reconstruct("--rectified", "--disparity", "0:48")
+            self.check_same()
+        self.left_path = self.save("left.png", pairs.grey(self.left))
+        self.right_path = self.save("right.png", pairs.grey(self.right))
+        with self.subTest("grey, with options of the files"):
+            options = ["--triangles", "20", "--mesh-unit", "m", "--compress"]
+            self.reconstruct("--calibration", self.calibration_text(), "--near", "1500", *options)
+            self.assertIn("triangles are left", (self.out / "result.json").read_text())
+            self.check_same(*options)
+
+    def test_the_report_says_what_is_missing(self):
+        self.reconstruct()
+        report = (self.make_again() / "report.html").read_text()
+        self.assertIn("has neither the right image", report)
+        self.assertNotIn("has neither the right image", (self.out / "report.html").read_text())
+        self.assertNotIn("Right image, rectified", report)
+
+    def test_the_programs_of_board_and_pc(self):
+        self.reconstruct(program=BOARD, left=self.save("l.ppm", self.left),
+                         right=self.save("r.ppm", self.right))
+        again = self.make_again()
+        for name in ("mesh.ply", "points.pcd", "disparity.pfm", "surface.compact"):
+            self.assertEqual((self.out / name).read_bytes(), (again / name).read_bytes(), name)
+        self.assertTrue((again / "mesh.glb").exists())
+        board = self.make_again(program=BOARD)
+        for name in result_names(self.out):
+            self.assertEqual((self.out / name).read_bytes(), (board / name).read_bytes(), name)
+
+    def test_a_surface_is_replaced_by_itself_only(self):
+        self.reconstruct()
+        compact = self.out / "surface.compact"
+        before = compact.read_bytes()
+        done = pairs.run("reconstruct", compact, "--out", self.out, "--files", "mesh.ply")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("would be replaced", done.stderr)
+        done = pairs.run("reconstruct", compact, "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(compact.read_bytes(), before)
+
+    def test_options_of_measuring_are_refused(self):
+        self.reconstruct()
+        compact = self.out / "surface.compact"
+        for option in (["--near", "500"], ["--fill"], ["--region", "0,0,50,50"], ["--all"]):
+            done = pairs.run("reconstruct", compact, "--out", self.directory / "no", *option)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(option[0], done.stderr)
+
+    def refused(self, data, *words):
+        path = self.directory / "bad.compact"
+        path.write_bytes(data)
+        done = pairs.run("reconstruct", path, "--out", self.directory / "no")
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 1),
+                         done.stderr)
+        for word in words:
+            self.assertIn(word, done.stderr)
+        self.assertFalse((self.directory / "no").exists())
+
+    @staticmethod
+    def chunk_offsets(data):
+        at = data.index(b"\nrows\n") + 6
+        while at < len(data) - 4:
+            yield at
+            at += 4 + int.from_bytes(data[at:at + 4], "little")
+
+    def test_damage(self):
+        self.reconstruct(*RECTIFIED, "--scale", "0.25")
+        data = (self.out / "surface.compact").read_bytes()
+        borders = list(self.chunk_offsets(data))
+        self.assertEqual(len(borders) % 10, 0, "a chunk for each byte of a pixel")
+        for at in [30, 400, *borders[:10], len(data) - 4, len(data) - 1]:
+            self.refused(data[:at], "truncated or damaged")
+            self.refused(data[:at] + bytes([data[at] ^ 1]) + data[at + 1:], "truncated or damaged")
+        self.refused(data + b"\0", "truncated or damaged")
+        self.refused(data.replace(b"surface 1\n", b"surface 2\n", 1), "version 2", "newer")
+
+    def test_what_no_program_writes(self):
+        """With the right CRC, so that the contents are what is checked."""
+        self.reconstruct(*RECTIFIED, "--scale", "0.25")
+        data = (self.out / "surface.compact").read_bytes()[:-4]
+        random = numpy.random.default_rng(pairs.SEED)
+        head = data.index(b"\nrows\n")
+        for round_ in range(60):
+            bad = bytearray(data)
+            for _ in range(random.integers(1, 4)):
+                at = random.integers(26, head) if round_ % 2 else random.integers(head, len(data))
+                bad[at] = random.integers(32, 127) if round_ % 2 else random.integers(0, 256)
+            path = self.directory / "bad.compact"
+            path.write_bytes(bytes(bad) + struct.pack("<I", zlib.crc32(bad)))
+            done = pairs.run("reconstruct", path, "--out", self.directory / "no", "--files",
+                             "mesh.ply,result.json", "--quiet")
+            self.assertIn(done.returncode, (0, 3), f"seed {pairs.SEED} round {round_}: {done}")
 
 
 if __name__ == "__main__":

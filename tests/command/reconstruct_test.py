@@ -15,8 +15,9 @@ from results import result_names
 
 HOST_FILES = ["depth.png", "disparity.pfm", "disparity.png", "left_rectified.png", "mesh.glb",
               "mesh.ply", "points.pcd", "reasons.png", "report.html", "result.json",
-              "right_rectified.png"]
-BOARD_FILES = ["disparity.pfm", "mesh.ply", "points.pcd", "reasons.pgm", "result.json"]
+              "right_rectified.png", "surface.compact"]
+BOARD_FILES = ["disparity.pfm", "mesh.ply", "points.pcd", "reasons.pgm", "result.json",
+               "surface.compact"]
 
 
 class Reconstruct(pairs.Fixture):
@@ -64,7 +65,7 @@ class Reconstruct(pairs.Fixture):
         for threads in (1, 2, 5):
             self.reconstruct(*RECTIFIED, "--threads", threads)
             files = {n: (self.out / n).read_bytes() for n in HOST_FILES
-                     if n not in ("result.json", "report.html")}
+                     if n not in ("result.json", "report.html", "surface.compact")}
             self.assertEqual(json.loads((self.out / "result.json").read_text())
                              ["options"]["threads"], threads)
             kept = kept or files

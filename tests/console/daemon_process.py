@@ -287,10 +287,10 @@ class DaemonTest(unittest.TestCase):
         return process
 
     @classmethod
-    def vergence(cls, *words, where=None, **options):
+    def vergence(cls, *words, where=None, program=VERGENCE, **options):
         """The shipped client."""
         return subprocess.run(
-            [VERGENCE, "--connect", where or f"unix:{cls.path}", *words], capture_output=True,
+            [program, "--connect", where or f"unix:{cls.path}", *words], capture_output=True,
             text=True, timeout=2 * TIMEOUT_S, **options)
 
 

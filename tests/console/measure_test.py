@@ -81,7 +81,7 @@ class Measure(DaemonTest):
         self.assertEqual(found["reasons"]["valid"], found["points"])
         self.assertLess(found["seconds"], 40)
         self.assertIn(f"points good to {found['sigma_point_mm']:.3g}", found["sentence"])
-        self.assertTrue(os.path.exists(os.path.join(self.files, found["result"], "mesh.ply")))
+        self.assertTrue(os.path.exists(os.path.join(self.files, found["result"], "surface.compact")))
         with open(os.path.join(self.files, "quick", "session.index"), encoding="ascii") as file:
             index = file.read()
         self.assertIn("#%20measure%20fit=500%20quick=yes", index)
@@ -152,7 +152,7 @@ class Measure(DaemonTest):
         big = os.path.join(self.files, "big")
         used = sum(os.path.getsize(path) for path in glob.glob(os.path.join(self.files, "**"), recursive=True))
         with open(big, "wb") as file:
-            file.truncate(40_000_000 - used - 600_000)
+            file.truncate(40_000_000 - used - 350_000)
         answer = client.begun_answer()[-1]
         self.assertTrue(answer.startswith("ERR FULL measure: surface: no room"), answer)
         self.assertIn('full has 2 pairs ("reconstruct full")', answer)

@@ -205,7 +205,7 @@ class Pairs(Surfaces):
 
     def test_every_output_of_an_accepted_mismatch_reports_so(self):
         folder = self.changed("moved", self.moved("left", 1, 5))
-        figures = self.asked("reconstruct moved pair=1 scale=0.5 accept-mismatch=yes")
+        figures = self.asked("reconstruct moved pair=1 scale=0.5 accept-mismatch=yes files=all")
         self.assertIn("left zoom", figures["accepted_mismatch"])
         with open(os.path.join(self.files, "surface-moved-1", "reasons.pgm"), "rb") as file:
             self.assertIn(b"left zoom is at", file.read())

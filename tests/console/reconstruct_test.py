@@ -23,7 +23,8 @@ from fake_devices import preloaded
 from results import result_names
 
 SESSION = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
-FILES = {"mesh.ply", "points.pcd", "disparity.pfm", "reasons.pgm", "result.json"}
+SAME = {"mesh.ply", "points.pcd", "disparity.pfm", "reasons.pgm"}  # of the same pair
+FILES = SAME | {"surface.compact", "result.json"}                 # which state times
 SENSOR = (2048, 1536)
 WINDOW = (672, 400)
 
@@ -135,12 +136,12 @@ class InMemory(Surfaces):
                 answer = self.asked(urllib.parse.unquote(line.split("text=")[1]))
         self.assertNotIn("session", answer)
         self.assertEqual(os.listdir(self.files), ["kept.txt"])
-        figures = self.asked("reconstruct near=1600 far=2300")
+        figures = self.asked("reconstruct near=1600 far=2300 files=all")
         self.assertEqual(figures["result"], f"surface-{figures['session']}-{figures['pair']}")
         self.assertEqual(os.listdir(os.path.join(self.files)).count(figures["session"]), 0)
         self.session("c")
-        self.asked("reconstruct c near=1600 far=2300")
-        for name in FILES - {"result.json"}:
+        self.asked("reconstruct c near=1600 far=2300 files=all")
+        for name in SAME:
             self.assertEqual(STAMP.sub(b"", self.bytes_of(f"{figures['result']}/{name}")),
                              STAMP.sub(b"", self.bytes_of(f"surface-c-1/{name}")), name)
         # Another calibration since then is not that of the pair.
@@ -151,7 +152,7 @@ class InMemory(Surfaces):
 class Reconstruct(Surfaces):
     def test_the_same_bytes_as_the_command_line(self):
         folder = self.session("c")
-        figures = self.asked("reconstruct c pair=1 near=1600 far=2300")
+        figures = self.asked("reconstruct c pair=1 near=1600 far=2300 files=all")
         self.assertEqual((figures["session"], figures["pair"], figures["result"]),
                          ("c", 1, "surface-c-1"))
         self.assertGreater(figures["density"], 30)
@@ -169,7 +170,7 @@ class Reconstruct(Surfaces):
              "--bits", "10", "--near", "1600", "--far", "2300", "--out", out, "--json"],
             capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertEqual(done.returncode, 0, done.stderr)
-        for name in FILES - {"result.json"}:
+        for name in SAME:
             # Except how the pair was captured, which images do not record.
             console = STAMP.sub(b"", self.bytes_of(f"surface-c-1/{name}"))
             self.assertEqual(console, self.bytes_of(name, out), name)
@@ -185,16 +186,50 @@ class Reconstruct(Surfaces):
         self.assertEqual(figures["points"], reported["counts"]["vertices"])
         self.assertAlmostEqual(figures["depth_median"], reported["depth_mm"]["median"], places=2)
         # Again over existing files; and its files can be fetched.
-        self.asked("reconstruct c pair=1 near=1600 far=2300")
+        self.asked("reconstruct c pair=1 near=1600 far=2300 files=all")
         done = self.vergence("fetch", "surface-c-1/mesh.ply", os.path.join(self.folder, "mesh"))
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_pc_makes_all_files_of_the_compact_surface(self):
+        """As the board would have written them, and what only a PC writes."""
+        self.session("c")
+        place = os.path.join(self.folder, "pc")
+        os.mkdir(place)
+        words = ("reconstruct", "c", "near=1600", "far=2300")
+        program = os.environ["VERGENCE"]
+        done = self.vergence(*words, program=program, cwd=place)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, r"(?s)result: surface-c-1\n.*written: surface-c-1.compact, .*\nresults +surface-c-1\nOK\n$")
+        self.assertEqual(os.listdir(place), ["surface-c-1"])
+        made = os.path.join(place, "surface-c-1")
+        self.assertLess({"report.html", "mesh.glb", "depth.png"}, set(result_names(made)))
+        self.assertEqual(self.bytes_of("surface.compact", made), self.bytes_of("surface-c-1/surface.compact"))
+        self.assertEqual(set(result_names(os.path.join(self.files, "surface-c-1"))),
+                         {"surface.compact", "result.json"})
+        # Again, elsewhere, for a program; and not at all where it says what it wants.
+        done = self.vergence("--json", *words, "--out", "other", program=program, cwd=place)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(json.loads(done.stdout.splitlines()[-1])["result"]["fetched"], "surface-c-1.compact")
+        done = self.vergence(*words, "files=all", program=program, cwd=place)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(sorted(os.listdir(place)), ["other", "surface-c-1"])
+        for name in SAME - {"reasons.pgm"}:
+            self.assertEqual(self.bytes_of(f"surface-c-1/{name}"), self.bytes_of(name, made), name)
+        # What cannot be written here stays fetched.
+        os.mkdir(os.path.join(place, "mine"))
+        with open(os.path.join(place, "mine", "mesh.ply"), "wb") as file:
+            file.write(b"mine")
+        done = self.vergence(*words, "--out", "mine", program=program, cwd=place)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("mine/mesh.ply", done.stderr)
+        self.assertTrue(os.path.exists(os.path.join(place, "surface-c-1.compact")))
 
     def test_every_result_describes_the_capture(self):
         """Skew, settings and positions of the pair, as the session's index has them."""
         events = lines_of(self.session("c"))
         pair, instrument = (dict(word.split("=", 1) for line in events if line.startswith(kind)
                                  for word in line.split()[1:]) for kind in ("pair ", "instrument "))
-        figures = self.asked("reconstruct c pair=1 scale=0.5 near=1600 far=2300")
+        figures = self.asked("reconstruct c pair=1 scale=0.5 near=1600 far=2300 files=all")
         self.assertEqual(figures["skew"], int(pair["skew_us"]))
         reported = json.loads(self.bytes_of("surface-c-1/result.json"))["capture"]
         self.assertEqual((reported["session"], reported["pair"], reported["skew_us"]),
@@ -224,7 +259,7 @@ class Reconstruct(Surfaces):
 
     def test_the_files_wanted_and_the_preset(self):
         self.session("w")
-        self.asked("reconstruct w pair=1 near=1600 far=2300")
+        self.asked("reconstruct w pair=1 near=1600 far=2300 files=all")
         whole = self.bytes_of("surface-w-1/reasons.pgm")
         self.asked("reconstruct w pair=1 near=1600 far=2300 files=reasons.pgm,disparity.pfm")
         self.assertEqual(set(result_names(os.path.join(self.files, "surface-w-1"))),
@@ -299,7 +334,7 @@ class Reconstruct(Surfaces):
         self.assertIn("same part of the sensor", text)
         # A calibration of the whole sensor is cut.
         self.keep(resized(whole, SENSOR, corner))
-        cut = self.asked("reconstruct none pair=1 near=1600 far=2300")
+        cut = self.asked("reconstruct none pair=1 near=1600 far=2300 files=all")
         self.assert_the_same_with_the_calibration_given("none")
         shutil.rmtree(os.path.join(self.files, "surface-none-1"))
         self.assertEqual((cut["calibration_from"], cut["calibration_cut"]), ("kept", "yes"))
@@ -349,7 +384,7 @@ class Reconstruct(Surfaces):
         output_text = self.first.ask_json("help reconstruct")["result"]["more"]
         self.assertRegex(output_text, "1 % .*depth_near.*1 % .*depth_far")
         self.session("d")
-        figures = self.asked("reconstruct d pair=1 scale=0.5 near=1600 far=2300")
+        figures = self.asked("reconstruct d pair=1 scale=0.5 near=1600 far=2300 files=points.pcd")
         with open(os.path.join(self.files, "surface-d-1", "points.pcd"), "rb") as file:
             data = file.read().split(b"DATA binary\n", 1)[1]
         points = numpy.frombuffer(data, numpy.float32).reshape(figures["points"], 5)

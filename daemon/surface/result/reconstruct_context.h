@@ -110,6 +110,7 @@ struct reconstruct_context {
 
     struct message warnings[RECONSTRUCT_CONTEXT_WARNINGS];  // assumptions and doubts
     int warning_count;
+    int notes_measured;  // the first so many are on the surface, the others on files made of it
 
     int threads;
     uint64_t read_us;       // reading images and calibration

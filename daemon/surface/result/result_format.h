@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "daemon/base/message.h"
+#include "daemon/surface/result/compact.h"
 #include "daemon/surface/result/reconstruct_context.h"
 #include "daemon/surface/result/write.h"
 
@@ -32,6 +33,8 @@ extern "C" {
     X(MESH_GLB, "mesh.glb", HOST, false, true, 0,                                                  \
       "the simplified surface with texture, for browsers and Blender")                             \
     X(REPORT_HTML, "report.html", HOST, false, false, 0, "a report for people")                    \
+    X(COMPACT, "surface.compact", BOTH, false, false, COMPACT_PIXEL_BYTES,                         \
+      "what was measured; \"vergence reconstruct\" makes the other files of it")                   \
     X(RESULT_JSON, "result.json", BOTH, false, false, 0, "all figures")
 // clang-format on
 

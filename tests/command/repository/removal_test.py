@@ -27,6 +27,7 @@ ALLOWED = {
     "daemon/files/own_remove.c": (3, "the function, after the proof"),
     "daemon/files/atomic_file.c": (2, "a name that the caller was asked to write, by its user or by its format"),
     "daemon/files/atomic_dir.c": (2, "a new directory; files whose predecessors own_listing.h names"),
+    "daemon/client/remote_measure.c": (1, "the file that it has fetched, which the new directory contains"),
     "daemon/server/listener.c": (1, "its socket, after is_no_socket and is_served"),
     "firmware/system/root/etc/vergence/serve": (1, "the board's own system, in memory"),
     "firmware/system/driver/bench_camera.c": (1, "not a file: a driver's function"),

@@ -91,11 +91,17 @@ class Programs(unittest.TestCase):
                                        "2300", "--out", os.path.join(folder, name)],
                                       capture_output=True, text=True, timeout=2 * TIMEOUT_S)
                 self.assertEqual(done.returncode, 0, done.stderr)
+            done = subprocess.run([HOST_CLIENT, "reconstruct", os.path.join(folder, "arm/surface.compact"), "--out",
+                                   os.path.join(folder, "again")], capture_output=True, text=True,
+                                  timeout=TIMEOUT_S)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            again = files_below(os.path.join(folder, "again"))
             surfaces = [files_below(os.path.join(folder, name)) for name in ("arm", "host")]
         self.assertEqual(set(surfaces[0]), set(surfaces[1]))
         self.assertIn("disparity.pfm", surfaces[0])
-        for name in set(surfaces[0]) - {"result.json"}:  # which has times
+        for name in set(surfaces[0]) - {"surface.compact", "result.json"}:  # which have times
             self.assertTrue(surfaces[0][name] == surfaces[1][name], name)
+            self.assertTrue(surfaces[0][name] == again[name], name)
 
 
 class Client(DaemonTest):

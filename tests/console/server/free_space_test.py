@@ -333,11 +333,11 @@ class SurfaceRoom(Stated, Surfaces):
         self.session("f")
         with open(os.path.join(self.files, "fill"), "wb") as file:
             file.write(bytes(10_000_000))
-        error, text = self.refused("reconstruct f pair=1 near=1600 far=2300")
+        error, text = self.refused("reconstruct f pair=1 near=1600 far=2300 files=all")
         self.assertEqual(error, "FULL", text)
         self.assertIn("of files_limit", text)
         word = re.search(r"(scale=\S+) or region=\S+ or all files but mesh.ply would fit", text)[1]
-        self.asked(f"reconstruct f pair=1 near=1600 far=2300 {word}")
+        self.asked(f"reconstruct f pair=1 near=1600 far=2300 files=all {word}")
         self.assertEqual(set(result_names(os.path.join(self.files, "surface-f-1"))), FILES)
 
 

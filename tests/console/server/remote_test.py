@@ -16,6 +16,8 @@ import threading
 import time
 import unittest
 
+import numpy
+
 from bad_line import BadLine
 from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, ConsoleTest
 from recorded import add_notes
@@ -140,6 +142,20 @@ class Remote(ConsoleTest):
         threading.Thread(target=serve, daemon=True).start()
         return f"unix:{path}", asked
 
+    def make_surface(self, result):
+        """A compact surface, made of a flat scene, in `result`. Returns its mesh."""
+        generator = numpy.random.default_rng(7)
+        row = generator.integers(0, 256, (96, 150), numpy.uint8)
+        for name, first in (("l.pgm", 0), ("r.pgm", 10)):
+            with open(self.path_of(name), "wb") as file:
+                file.write(b"P5\n128 96\n255\n" + row[:, first:first + 128].tobytes())
+        done = subprocess.run([VERGENCE, "reconstruct", self.path_of("l.pgm"), self.path_of("r.pgm"), "--rectified",
+                               "--disparity", "0:32", "--out", self.path_of("flat")], capture_output=True, text=True,
+                              timeout=TIMEOUT_S)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        shutil.copy(self.path_of("flat/surface.compact"), result)
+        return pathlib.Path(self.path_of("flat/mesh.ply")).read_bytes()
+
     def test_measure_brings_the_session_and_makes_the_surface_here(self):
         session = pathlib.Path(self.files) / "cup"
         shutil.copytree(os.path.join(os.environ["VERGENCE_SOURCE"], "tests/sessions/small"), session)
@@ -148,7 +164,7 @@ class Remote(ConsoleTest):
         result = pathlib.Path(self.files) / "surface-cup-1"
         result.mkdir()
         self.addCleanup(shutil.rmtree, result)
-        (result / "mesh.ply").write_bytes(b"theirs")
+        theirs = self.make_surface(result)
         text = "name: cup\nsession: {}\nsentence: good\n{}OK\n"
         made = "result: surface-cup-1\n"
         as_json = {"ok": True, "result": {"name": "cup", "session": "cup", "result": "surface-cup-1"}}
@@ -190,9 +206,11 @@ class Remote(ConsoleTest):
         self.assertEqual((done.returncode, done.stdout), (0, text.format("cup", "")))
         done = measure()  # while it records
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("written: surface-cup-1, ", done.stdout)
+        self.assertIn("written: surface-cup-1.compact, ", done.stdout)
         self.assertIn('"record stop"', done.stdout)
-        self.assertEqual((place / "surface-cup-1/mesh.ply").read_bytes(), b"theirs")
+        self.assertEqual((place / "surface-cup-1/mesh.ply").read_bytes(), theirs)
+        self.assertTrue((place / "surface-cup-1/report.html").exists())
+        self.assertFalse((place / "surface-cup-1.compact").exists())
         done = measure()
         self.assertEqual(done.returncode, 3, done.stdout)
         self.assertIn("invalid answer", done.stderr)

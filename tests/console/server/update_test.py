@@ -226,8 +226,8 @@ class Readme(Flash):
         self.begin()
         folder = os.path.join(self.files, "surface-scene-1")
         os.mkdir(folder)
-        with open(os.path.join(folder, "mesh.ply"), "wb") as file:
-            file.write(b"mesh")
+        with open(os.path.join(folder, "surface.compact"), "wb") as file:
+            file.write(b"surface")
         readme = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "manual.md")
         with open(readme, encoding="utf-8") as file:
             blocks = re.findall(r"^```sh board\n(.*?)^```", file.read(), re.S | re.M)
@@ -238,8 +238,8 @@ class Readme(Flash):
             for line in lines:
                 done = self.vergence(*line.replace("tftp:192.0.2.1", server.address).split())
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
-            self.assertEqual(server.files["mesh.ply"], b"mesh")
-            self.assertEqual(server.files["surface-scene-1/mesh.ply"], b"mesh")
+            self.assertEqual(server.files["scene.compact"], b"surface")
+            self.assertEqual(server.files["surface-scene-1/surface.compact"], b"surface")
         self.assertIn("slot one, image tester, ", done.stdout)
 
 

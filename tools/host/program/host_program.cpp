@@ -25,6 +25,7 @@ reconstruct_program host_program() {
     program.writers[RESULT_MESH_PLY] = write_ply;
     program.writers[RESULT_MESH_GLB] = write_glb;
     program.writers[RESULT_REPORT_HTML] = report_write;
+    program.writers[RESULT_COMPACT] = compact_write;
     program.writers[RESULT_RESULT_JSON] = write_result;
     program.check_truth = evaluate_truth_check;
     program.make_mesh = mesh_simplify_make;

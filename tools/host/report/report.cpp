@@ -160,9 +160,12 @@ std::string make_page(const reconstruct_context &context) {
                                   "seen obliquely\" src=\"" +
                                       uri + "\">";
          })},
-        {"pair_text",
-         "Corresponding points are on the same row of both images. "
-         "Point at the left image to see its match on the right."},
+        {"pair_text", context.result->right_colour.data != nullptr
+                          ? "Corresponding points are on the same row of both images. "
+                            "Point at the left image to see its match on the right."
+                          : "Made from surface.compact, which has neither the right image nor the "
+                            "images before rectification: the report of the pair itself shows "
+                            "them."},
         {"pair", unless_interrupted([&] { return report_pictures_pair(context, grid); })},
         {"raw_pair", unless_interrupted([&] { return report_pictures_raw(context); })},
         {"maps", unless_interrupted([&] { return report_pictures_maps(context, figures, grid); })},

@@ -178,10 +178,14 @@ std::string raw_figure(const raw_image &raw, const char *path, const char *side)
 std::string report_pictures_pair(const reconstruct_context &context, const report_grid &grid) {
     const reconstruct_result &result = *context.result;
     const std::string left = report_layers_photo(result.left_colour, grid.step);
+    const std::string left_figure = page_figure(
+        frame("photo", "left", left, "id=\"photo\"", "Left image, rectified", row_lines()),
+        "<b>Left</b> " + report_text_escape(report_text_file_name(context.left_path)));
+    if (result.right_colour.data == nullptr) {
+        return left_figure;
+    }
     const std::string right = report_layers_photo(result.right_colour, grid.step);
-    return page_figure(
-               frame("photo", "left", left, "id=\"photo\"", "Left image, rectified", row_lines()),
-               "<b>Left</b> " + report_text_escape(report_text_file_name(context.left_path))) +
+    return left_figure +
            page_figure(
                frame("photo", "right", right, "", "Right image, rectified", row_lines()),
                "<b>Right</b> " + report_text_escape(report_text_file_name(context.right_path)));
