@@ -56,7 +56,7 @@ ALLOWED = {
     "tools/system/build_busybox": (4, CACHE),
     "tools/system/build_kernel": (1, CACHE),
     "tools/opencv_samples": (3, CACHE),
-    "tools/package": (2, "its work folder, and moves the packages out of it"),
+    "tools/package": (3, "its work folder, and moves packages and wheels out of it"),
     "tools/regress": (1, CACHE),
 }
 
