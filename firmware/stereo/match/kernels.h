@@ -19,18 +19,16 @@ struct match_scratch;
 struct match_kernels {
     const char *name;
 
-    /// Before a band, rows [y_begin, y_begin + rows) of a level: features, costs and their
-    /// edge-aware average along the row, into the ring. An even count up to MATCH_ROWS_ABREAST, all
-    /// in the present band or all in the next one.
-    void (*cost_rows)(struct match_level *level, struct match_scratch *scratch, int y_begin,
-                      int rows);
+    /// Before a band, MATCH_ROWS_ABREAST rows of a level from y_begin on, in the present band or in
+    /// the next one: features, costs and their edge-aware average along the row, into the ring.
+    void (*cost_rows)(struct match_level *level, struct match_scratch *scratch, int y_begin);
 
     /// Then tiles [begin, end) of the band: averages along the columns, path costs from above.
     void (*columns)(struct match_level *level, struct match_scratch *scratch, int begin, int end);
 
-    /// Then rows [y_begin, y_begin + rows) of the band: path costs along the rows, winners and
-    /// checks, into the output or the surface. An even count up to MATCH_ROWS_ABREAST.
-    void (*rows)(struct match_level *level, struct match_scratch *scratch, int y_begin, int rows);
+    /// Then MATCH_ROWS_ABREAST rows of the band from y_begin on: path costs along the rows, winners
+    /// and checks, into the output or the surface.
+    void (*rows)(struct match_level *level, struct match_scratch *scratch, int y_begin);
 
     /// Row y of a coarser level, from the image that it shows: width pixels.
     void (*scale)(const struct match_level *level, const struct image_u8 *image, int y,

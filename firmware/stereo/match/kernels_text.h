@@ -50,29 +50,21 @@ MATCH_INLINE void average_rows(const struct cost_view *view, const int groups) {
     }
 }
 
-// Rows [y_begin, y_begin + rows), all in the band or all in the next one.
-static void cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
-                      int rows) {
-    INVARIANT(rows == MATCH_ROWS_ABREAST || rows == MATCH_PAIR_ROWS);
+static void cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin) {
     struct cost_view view = {.level = level, .line = scratch->line};
     const struct match_band *band = scratch->band;
     view.tiles = y_begin < band->begin + MATCH_BAND_ROWS ? band->tile : band->next;
-    for (int r = 0; r < rows; r++) {
+    for (int r = 0; r < MATCH_ROWS_ABREAST; r++) {
         view.averaged[r] = level->ring[(y_begin + r) % level->ring_rows];
         // Path costs from above do not exist before phase 2.
         view.raw[r] = band->from_above[r];
         view.running[r] = scratch->running + (size_t)r * (size_t)level->lanes;
     }
-    right_features(level, scratch, y_begin, rows);
-    left_features(level, scratch, view.tiles, y_begin, rows);
-    weigh_steps_down(level, y_begin, rows);
-    if (rows == MATCH_ROWS_ABREAST) {
-        row_shares(level, scratch, y_begin, MATCH_ROWS_ABREAST);
-        average_rows(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);
-    } else {
-        row_shares(level, scratch, y_begin, MATCH_PAIR_ROWS);
-        average_rows(&view, MATCH_PAIR_ROWS / VECTOR_MEMBERS);
-    }
+    right_features(level, scratch, y_begin, MATCH_ROWS_ABREAST);
+    left_features(level, scratch, view.tiles, y_begin, MATCH_ROWS_ABREAST);
+    weigh_steps_down(level, y_begin, MATCH_ROWS_ABREAST);
+    row_shares(level, scratch, y_begin, MATCH_ROWS_ABREAST);
+    average_rows(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);
 }
 
 // The masses above row y as they arrive in it. The first row of the image has no row above: its
@@ -179,7 +171,7 @@ MATCH_INLINE void pass_down_band(struct column_view *view, uint8_t *spare, const
 // Tiles [begin, end) of the band.
 static void columns(struct match_level *level, struct match_scratch *scratch, int begin, int end) {
     const struct match_band *band = scratch->band;
-    INVARIANT(band->cost_end >= band->end);
+    const int ahead = band->end + TUNE_AHEAD_ROWS;
     for (int t = begin; t < end; t++) {
         struct column_view view = {
             .level = level,
@@ -188,7 +180,7 @@ static void columns(struct match_level *level, struct match_scratch *scratch, in
             .tile = &band->tile[t],
             .next = &band->next[t],
             .x_begin = t * MATCH_TILE_COLUMNS,
-            .last = (band->cost_end < level->height ? band->cost_end : level->height) - 1,
+            .last = (ahead < level->height ? ahead : level->height) - 1,
         };
         average_upwards(&view, scratch->running);
         uint16_t *down_mass = level->down_mass + view.x_begin;
@@ -229,13 +221,11 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
     }
 }
 
-// Rows [y_begin, y_begin + row_count) of the band.
-static void rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
-                 int row_count) {
-    INVARIANT(row_count == MATCH_ROWS_ABREAST || row_count == MATCH_PAIR_ROWS);
+// The last ones may be below the image.
+static void rows(struct match_level *level, struct match_scratch *scratch, int y_begin) {
     const struct match_band *band = scratch->band;
     struct row_view view = {.level = level, .tiles = band->tile, .line = scratch->line};
-    for (int r = 0; r < row_count; r++) {
+    for (int r = 0; r < MATCH_ROWS_ABREAST; r++) {
         const int y = y_begin + r;
         const int row = y - band->begin;
         INVARIANT(row < MATCH_BAND_ROWS);
@@ -250,12 +240,8 @@ static void rows(struct match_level *level, struct match_scratch *scratch, int y
         view.left[r] = match_span(level, &input->left, input->left_span, known);
         view.right[r] = match_span(level, &input->right, input->right_span, known);
     }
-    if (row_count == MATCH_ROWS_ABREAST) {
-        pass_both_ways(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);
-    } else {
-        pass_both_ways(&view, MATCH_PAIR_ROWS / VECTOR_MEMBERS);
-    }
-    for (int r = 0; r < row_count && y_begin + r < level->height; r++) {
+    pass_both_ways(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);
+    for (int r = 0; r < MATCH_ROWS_ABREAST && y_begin + r < level->height; r++) {
         validate_row(level, &scratch->line[r], y_begin + r, view.left[r]);
     }
 }

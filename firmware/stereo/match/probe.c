@@ -33,11 +33,11 @@ static struct match_probe_row row_of(const struct match_level *level, const stru
     };
 }
 
-static void probed_cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
-                             int rows) {
+static void probed_cost_rows(struct match_level *level, struct match_scratch *scratch,
+                             int y_begin) {
     const struct match_probe *probe = probe_of(level);
-    probe->real->cost_rows(level, scratch, y_begin, rows);
-    for (int r = 0; r < rows && y_begin + r < level->height; r++) {
+    probe->real->cost_rows(level, scratch, y_begin);
+    for (int r = 0; r < MATCH_ROWS_ABREAST && y_begin + r < level->height; r++) {
         const struct match_features *left = &scratch->line[r].cost.left;
         struct match_probe_row row = row_of(level, scratch->band, MATCH_PROBE_COSTS, y_begin + r);
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
@@ -76,13 +76,13 @@ static void look_at_winners(const struct match_level *level, const struct match_
 }
 
 // Reports the results of phase 2 before phase 3 reuses their memory.
-static void probed_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
-                        int rows) {
-    const int end = y_begin + rows < level->height ? y_begin + rows : level->height;
+static void probed_rows(struct match_level *level, struct match_scratch *scratch, int y_begin) {
+    const int beyond = y_begin + MATCH_ROWS_ABREAST;
+    const int end = beyond < level->height ? beyond : level->height;
     for (int y = y_begin; y < end; y++) {
         look_at_path_costs(level, scratch->band, y);
     }
-    probe_of(level)->real->rows(level, scratch, y_begin, rows);
+    probe_of(level)->real->rows(level, scratch, y_begin);
     for (int y = y_begin; y < end; y++) {
         look_at_winners(level, scratch->band, &scratch->line[y - y_begin], y);
     }

@@ -224,11 +224,6 @@ static void begin_levels(struct match_state *state) {
     }
 }
 
-// Pairs of rows up to row y.
-static int pairs(int y) {
-    return (y + MATCH_PAIR_ROWS - 1) / MATCH_PAIR_ROWS;
-}
-
 // Bands `threads` apart share nine rows of cells. The last row of path costs stays until the band
 // below has read it, while the next of these bands begins: the last two change places.
 static uint8_t *last_row(const struct match_level *level, int number, bool is_sum) {
@@ -237,12 +232,22 @@ static uint8_t *last_row(const struct match_level *level, int number, bool is_su
     return level->cells[number % threads][MATCH_BAND_ROWS - (is_sum == is_swapped ? 1 : 0)];
 }
 
-// Rows whose costs a band's thread computes.
+_Static_assert(MATCH_BAND_ROWS % MATCH_ROWS_ABREAST == 0 &&
+                   (int)TUNE_AHEAD_ROWS <= (int)MATCH_BAND_ROWS,
+               "a call processes rows of one band; averages reach no further than the next one");
+
+// Row y, or the end of the image, where a call of a kernel ends: the last one of the image may
+// include rows below it.
+static int end_of_call(const struct match_level *level, int y) {
+    const int calls = (level->height + MATCH_ROWS_ABREAST - 1) / MATCH_ROWS_ABREAST;
+    return y < calls * MATCH_ROWS_ABREAST ? y : calls * MATCH_ROWS_ABREAST;
+}
+
+// Rows whose costs a band's thread computes: those of the next band.
 static void cost_rows_of(const struct match_level *level, int number, int *begin, int *end) {
     const int first = number * MATCH_BAND_ROWS;
-    const int ahead = first + MATCH_BAND_ROWS + TUNE_AHEAD_ROWS;
-    *begin = first == 0 ? 0 : first + TUNE_AHEAD_ROWS;
-    *end = pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
+    *begin = first == 0 ? 0 : first + MATCH_BAND_ROWS;
+    *end = end_of_call(level, first + 2 * MATCH_BAND_ROWS);
 }
 
 static struct match_band band_of(const struct match_level *level, int number) {
@@ -286,13 +291,6 @@ static void wait_for(struct batch *batch, int i, int done) {
     }
 }
 
-// Rows that one call may process from row y on: up to `end`, and inside the band.
-static int rows_together(const struct match_band *band, int y, int end) {
-    const int border = band->begin + MATCH_BAND_ROWS;
-    const int beyond = y < border && end > border ? border : end;
-    return beyond - y < MATCH_ROWS_ABREAST ? beyond - y : MATCH_ROWS_ABREAST;
-}
-
 static void average_columns(struct batch *batch, int i, struct match_scratch *scratch) {
     // The band above is so many tiles ahead: processors fetch ahead of what they read, and close
     // behind it they would take lines of the cache that its thread is still writing.
@@ -318,17 +316,13 @@ static void run_band(struct batch *batch, int i) {
     struct match_band band = band_of(level, number);
     struct match_scratch *scratch = &level->state->scratch[number % threads];
     scratch->band = &band;
-    for (int y = band.cost_begin; y < band.cost_end;) {
-        const int rows = rows_together(&band, y, band.cost_end);
-        kernels->cost_rows(level, scratch, y, rows);
-        y += rows;
+    for (int y = band.cost_begin; y < band.cost_end; y += MATCH_ROWS_ABREAST) {
+        kernels->cost_rows(level, scratch, y);
     }
     average_columns(batch, i, scratch);
-    const int end = pairs(band.end) * MATCH_PAIR_ROWS;
-    for (int y = band.begin; y < end;) {
-        const int rows = rows_together(&band, y, end);
-        kernels->rows(level, scratch, y, rows);
-        y += rows;
+    const int end = end_of_call(level, band.begin + MATCH_BAND_ROWS);
+    for (int y = band.begin; y < end; y += MATCH_ROWS_ABREAST) {
+        kernels->rows(level, scratch, y);
     }
     scratch->band = NULL;
     atomic_store(&batch->done[i], level->tiles + 1);

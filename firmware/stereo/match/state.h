@@ -18,8 +18,8 @@
 #include "stereo/match/match.h"
 #include "stereo/match/tuning.h"
 
-// Number of rows shared by the bands in progress, for this many threads.
-#define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + TUNE_AHEAD_ROWS)
+// Number of rows shared by the bands in progress, for this many threads, and of the band below.
+#define MATCH_RING_ROWS(threads) (((threads) + 1) * MATCH_BAND_ROWS)
 // Number of rows of a surface, for a batch of this level and one of the next finer level.
 #define MATCH_SURFACE_ROWS(bands) (2 * (bands)*MATCH_BAND_ROWS + 16)
 
@@ -43,11 +43,10 @@ enum {
     MATCH_SLOPE_ONE = 256,
     MATCH_RISE_MAX = 2,
     MATCH_SLOPE_MAX = MATCH_RISE_MAX * MATCH_SLOPE_ONE,
-    MATCH_ROWS_ABREAST = 4,  // maximum rows per call of a kernel
+    MATCH_ROWS_ABREAST = 4,  // rows per call of a kernel
     // Rows that the features of that many rows need, and one more on each side to smooth them.
     MATCH_SOURCE_ROWS = MATCH_ROWS_ABREAST + 2 * MATCH_CENSUS_RADIUS + 2,
     MATCH_SMOOTHING_ONE = 16,
-    MATCH_PAIR_ROWS = 2,  // minimum rows per call of a kernel
     MATCH_MAX_LEVELS = 7,
     MATCH_SHIFT_MAX = 8,    // largest shift of a level's columns or rows: see match_set_levels
     MATCH_MASS_ONE = 512,   // masses of recursive averages are in 1/512, below 10 each
@@ -116,7 +115,7 @@ struct match_scratch {
 /// A band in progress.
 struct match_band {
     int begin, end;            // rows
-    int cost_begin, cost_end;  // rows whose costs its thread computes: some belong to the next band
+    int cost_begin, cost_end;  // rows whose costs its thread computes: those of the next band
     struct match_tile *before, *tile, *next;  // windows of the band above, of it, of the one below
     uint8_t *last_above;                      // path costs of the last row of the band above
     uint8_t *from_above[MATCH_BAND_ROWS];
