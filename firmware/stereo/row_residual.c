@@ -28,25 +28,37 @@ enum {
 };
 _Static_assert((int)ROW_RESIDUAL_AROUND > (int)MARGIN, "no sample reads beyond the margin");
 
-static double value_at(const struct image_u8 *image, double x, double y) {
-    const int column = (int)x;
-    const int row = (int)y;
-    const double tx = x - column;
-    const double ty = y - row;
-    double rows[4];
-    for (int j = 0; j < 4; j++) {
-        const uint8_t *p = image_u8_row(image, row - 1 + j) + column - 1;
-        const double a = p[1];
-        rows[j] = a + 0.5 * tx *
-                          (p[2] - p[0] +
-                           tx * (2.0 * p[0] - 5.0 * a + 4.0 * p[2] - p[3] +
-                                 tx * (3.0 * (a - p[2]) + p[3] - p[0])));
-    }
-    return rows[1] + 0.5 * ty *
-                         (rows[2] - rows[0] +
-                          ty * (2.0 * rows[0] - 5.0 * rows[1] + 4.0 * rows[2] - rows[3] +
-                                ty * (3.0 * (rows[1] - rows[2]) + rows[3] - rows[0])));
+// Cubic convolution (R. G. Keys, 1981) between p1 and p2, at t from p1.
+static double between(double p0, double p1, double p2, double p3, double t) {
+    return p1 + 0.5 * t *
+                    (p2 - p0 +
+                     t * (2.0 * p0 - 5.0 * p1 + 4.0 * p2 - p3 + t * (3.0 * (p1 - p2) + p3 - p0)));
 }
+
+// The window around (x, y): first along the rows, then along the columns.
+static void window_at(const struct image_u8 *image, double x, double y,
+                      double window[2 * RADIUS + 1][2 * RADIUS + 1]) {
+    const int column = (int)x - RADIUS;
+    const int row = (int)y - RADIUS;
+    const double tx = x - (int)x;
+    const double ty = y - (int)y;
+    double along[2 * RADIUS + 4][2 * RADIUS + 1];
+    for (int j = 0; j < 2 * RADIUS + 4; j++) {
+        const uint8_t *p = image_u8_row(image, row - 1 + j) + column - 1;
+        for (int i = 0; i < 2 * RADIUS + 1; i++) {
+            along[j][i] = between(p[i], p[i + 1], p[i + 2], p[i + 3], tx);
+        }
+    }
+    for (int j = 0; j < 2 * RADIUS + 1; j++) {
+        for (int i = 0; i < 2 * RADIUS + 1; i++) {
+            window[j][i] =
+                between(along[j][i], along[j + 1][i], along[j + 2][i], along[j + 3][i], ty);
+        }
+    }
+}
+
+// Square of a move that is too small to matter.
+static const double CONVERGED_PX2 = 1e-8;
 
 static int64_t squared_difference(const struct match_input *input, int x, int y, int x_right,
                                   int y_right) {
@@ -103,7 +115,9 @@ static bool align(const struct match_input *input, int x, int y, double x_right,
     double dx = 0.0;
     double dy = start;
     double last = 1.0;
-    for (int step = 0; step < STEPS; step++) {
+    for (int step = 0; step < STEPS && last > CONVERGED_PX2; step++) {
+        double window[2 * RADIUS + 1][2 * RADIUS + 1];
+        window_at(&input->right, x_right + dx, y + dy, window);
         double bx = 0.0;
         double by = 0.0;
         double mean = 0.0;
@@ -116,8 +130,7 @@ static bool align(const struct match_input *input, int x, int y, double x_right,
             for (int i = -RADIUS; i <= RADIUS; i++) {
                 const double gx = 0.5 * (row[i + 1] - row[i - 1]);
                 const double gy = 0.5 * (below[i] - above[i]);
-                const double difference =
-                    value_at(&input->right, x_right + dx + i, y + dy + j) - row[i];
+                const double difference = window[RADIUS + j][RADIUS + i] - row[i];
                 bx += gx * difference;
                 by += gy * difference;
                 mean += difference;
@@ -343,10 +356,10 @@ static void sample_finer(struct row_residual *residual) {
     while (residual->count < SAMPLES_MIN && residual->step > STEP_MIN) {
         begin_lattice(residual, residual->step / 2 > STEP_MIN ? residual->step / 2 : STEP_MIN);
         while (residual->next_y < height) {
-            const int y = residual->next_y;
-            match_input_rows(residual->input, MATCH_WANTS_GREY, y - ROW_RESIDUAL_AROUND,
-                             y + ROW_RESIDUAL_AROUND);
-            sample_rows(residual, y + 1);
+            match_input_rows(residual->input, MATCH_WANTS_GREY,
+                             residual->next_y - ROW_RESIDUAL_AROUND,
+                             residual->next_y + ROW_RESIDUAL_AROUND);
+            sample_rows(residual, residual->next_y + 1);
         }
     }
 }
@@ -354,15 +367,13 @@ static void sample_finer(struct row_residual *residual) {
 void row_residual_finish(struct row_residual *residual, struct triangulate_vertical *vertical) {
     sample_finer(residual);
     const int count = residual->count;
-    *vertical = (struct triangulate_vertical){0};
+    *vertical = (struct triangulate_vertical){.samples = count >= SAMPLES_MIN ? count : 0};
     if (count < SAMPLES_MIN) {
         return;
     }
-    vertical->samples = count;
     float *work = residual->work;
     for (int i = 0; i < count; i++) {
-        const float r = residual->samples[i].vertical_px;
-        work[i] = r < 0.0F ? -r : r;
+        work[i] = (float)magnitude((double)residual->samples[i].vertical_px);
     }
     vertical->median_px = quantile(work, count, 0.5);
     vertical->p95_px = quantile(work, count, 0.95);
