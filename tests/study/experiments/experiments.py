@@ -5,8 +5,9 @@
 Measures the objects of tools/figures on the simulated rig by one `measure` each, with N seeds: each has its own
 noise, servos, motors, lights, place and turn of the object, and side of its ornament. Prints a table against the
 truth. A measurement that DIR has is not made again, so that an interrupted campaign continues, and more runs
-can be added; --write replaces what is below the mark of FILE. The rig is measured with the calibration that
-`vergence calibrate` solves from tests/data/zoom_capture: it is the same instrument, switched on again.
+can be added; one that failed is, since the machine may have been too busy to simulate. --write replaces what is
+below the mark of FILE. The rig is measured with the calibration that `vergence calibrate` solves from
+tests/data/zoom_capture: it is the same instrument, switched on again.
 
 Exit code: 0; 1 when a measurement ended without a surface; 2 for wrong usage.
 """
@@ -71,7 +72,8 @@ def experiment(context, scene, width_mm):
     kept = context.folder / "experiment.json"
     if kept.exists():
         return json.loads(kept.read_text(encoding="utf-8"))
-    context.folder.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(context.folder, ignore_errors=True)
+    context.folder.mkdir(parents=True)
     try:
         reply = measured.measure(context, vary(scene, context.seed, context.folder),
                                  context.measurement(f"--fit {width_mm}"), context.folder)
@@ -80,7 +82,7 @@ def experiment(context, scene, width_mm):
     except Failed as error:
         if "interrupted" in str(error):
             raise
-        found = {"failed": str(error)[-400:]}
+        return {"failed": str(error)[-400:]}
     write_whole(kept, json.dumps(found))
     for name in LARGE:
         shutil.rmtree(context.folder / name, ignore_errors=True)
