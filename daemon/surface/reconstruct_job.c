@@ -35,6 +35,27 @@ static uint64_t now_us(void *self) {
     return monotonic_now_us();
 }
 
+/// Whether the program writes the file and the request wants it.
+static bool is_wanted(const struct reconstruct_job *job, int format) {
+    return job->program->writers[format] != NULL &&
+           result_format_listed(job->request->files, result_formats[format].file_name);
+}
+
+/// Whether a writer, or a caller without any, reads the surface or the pictures as a whole.
+static bool reads_whole(const struct reconstruct_job *job) {
+    static const int whole[] = {RESULT_DEPTH_PNG, RESULT_LEFT_PNG, RESULT_RIGHT_PNG,
+                                RESULT_MESH_GLB, RESULT_REPORT_HTML};
+    const struct reconstruct_request *request = job->request;
+    for (size_t i = 0; i < sizeof whole / sizeof *whole; i++) {
+        if (is_wanted(job, whole[i])) {
+            return true;
+        }
+    }
+    const bool simplifies = request->triangles > 0 || request->error_mm > 0;
+    return request->out_path == NULL || request->debug_path != NULL ||
+           (simplifies && job->program->make_mesh != NULL);
+}
+
 static void choose_options(struct reconstruct_job *job) {
     const struct reconstruct_request *request = job->request;
     struct reconstruct_options *options = &job->options;
@@ -57,9 +78,7 @@ static void choose_options(struct reconstruct_job *job) {
     options->keep_all = request->keep_all;
     options->fill = request->fill;
     options->refine = !request->no_refine;
-    // Only the host's writers, and callers without any, read the surface as a whole.
-    options->recompute_surface = job->program->make_mesh == NULL && request->out_path != NULL;
-    options->remake_pictures = options->recompute_surface;
+    options->recompute_surface = options->remake_pictures = !reads_whole(job);
     if (request->preset >= 0) {
         options->preset = (enum match_preset)request->preset;
     }
@@ -107,12 +126,6 @@ static int check_readable(const char *path, struct message *message) {
         return message_set(message, ERROR_ARGUMENT, "%s: not a file", path);
     }
     return ERROR_OK;
-}
-
-/// Whether the program writes the file and the request wants it.
-static bool is_wanted(const struct reconstruct_job *job, int format) {
-    return job->program->writers[format] != NULL &&
-           result_format_listed(job->request->files, result_formats[format].file_name);
 }
 
 /// The input that the file `name` in `directory` would replace; NULL: none.
