@@ -52,6 +52,8 @@ class FromNothingToASurface(BoardTest):
                                       check=False)
                 self.assertEqual(done.returncode, 0, f"{line}\n{done.stdout}{done.stderr}")
         self.assertGreater((folder / "surface/mesh.ply").stat().st_size, 100_000)
+        self.assertGreater((folder / "whole/mesh.ply").stat().st_size, 10_000_000)
+        self.assertTrue((folder / "whole/report.html").exists())
 
 
 if __name__ == "__main__":

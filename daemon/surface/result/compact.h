@@ -15,7 +15,9 @@ extern "C" {
 
 enum {
     COMPACT_VERSION = 1,
-    COMPACT_PIXEL_BYTES = 11,  // maximum: 10, and what deflate adds at worst
+    // What is asked for in advance: measured surfaces deflate to 2.3 to 3.2 of 10. One that does
+    // not fills the disk, and leaves nothing.
+    COMPACT_PIXEL_BYTES = 5,
 };
 
 /// A surface that was read. `context` points to the other members and has no pixels of the raw

@@ -15,8 +15,9 @@ extern "C" {
 #endif
 
 /// X(name, file name, program that writes it (SYSTEM, HOST or BOTH), whether it needs real
-/// millimetres, whether it describes a surface, largest size for each pixel of the rectified image
-/// (0: unknown), what it holds). Files are written in this order; the last one closes the set.
+/// millimetres, whether it describes a surface, room to be had for each pixel of the rectified
+/// image (0: unknown), what it holds). Files are written in this order; the last one closes the
+/// set.
 // clang-format off
 #define RESULT_FORMAT_LIST(X)                                                                      \
     X(DISPARITY_PFM, "disparity.pfm", BOTH, false, false, WRITE_PFM_PIXEL_BYTES,                   \
