@@ -77,8 +77,7 @@ static int save_accepted(const struct command_call *call, const struct calibrati
     if (accepted) {
         return commands_store_save(call, STORE_ACCEPTED, wanted, ACCEPTED_BYTES);
     }
-    const int error = commands_store_remove(call, STORE_ACCEPTED);
-    return error == ERROR_MISSING ? ERROR_OK : error;
+    return is_accepted(call, text) ? commands_store_remove(call, STORE_ACCEPTED) : ERROR_OK;
 }
 
 /// calibration_match with the saved calibration of this text: another instrument and other cameras
@@ -602,9 +601,11 @@ static int set_text(const struct command_call *call, const char *name,
     if (error != ERROR_OK) {
         return error;
     }
-    error = commands_store_save(call, STORE_CALIBRATION, text->data, text->length);
-    error = error == ERROR_OK ? save_accepted(call, text, command_is_set(&call->values[ACCEPT]))
-                              : error;
+    // First: alone it means nothing, and if it fails the calibration before is still the saved one.
+    error = save_accepted(call, text, command_is_set(&call->values[ACCEPT]));
+    if (error == ERROR_OK) {
+        error = commands_store_save(call, STORE_CALIBRATION, text->data, text->length);
+    }
     if (error != ERROR_OK) {
         return command_fail_store(call, error, "calibration", "save to");
     }

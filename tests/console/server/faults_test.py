@@ -18,7 +18,7 @@ class FaultsTest(DaemonTest):
 
 
 class Store(FaultsTest):
-    settings = ("faults=store.save@2=full, store.load@3=io, store.remove@1=device",)
+    settings = ("faults=store.save@2=full, store.load@5=io, store.remove@1=device",)
 
     def refused(self, command, error, *words):
         """The answer is this error of the calibration, with these words."""
