@@ -97,11 +97,18 @@ static int begin_side(struct pictures *pictures, struct picture_side *side,
                                                                             : ERROR_MEMORY;
 }
 
+static void forget_rows(struct pictures *pictures) {
+    pictures->begin = pictures->end = 0;
+    for (int i = 0; i < 2; i++) {
+        pictures->side[i].strip.begin = pictures->side[i].strip.end = 0;
+    }
+}
+
 int pictures_begin(struct pictures *pictures, const struct rectify_plan *plan,
                    const struct calibration *calibration, struct arena *arena) {
     pictures->sides = 2;
     pictures->in_colour = true;
-    pictures->begin = pictures->end = 0;
+    forget_rows(pictures);
     pictures->coordinates_q16 =
         arena_take(arena, (size_t)pictures->parallel->threads * 2 * (size_t)plan->width_px,
                    sizeof *pictures->coordinates_q16);
@@ -150,8 +157,9 @@ int pictures_begin_ahead(const struct pictures *pictures, int ring_rows, struct 
             arena_take(arena, (size_t)side->raw.width_px * (size_t)side->strip_rows, 1);
         taken = taken && side->grey.data != NULL && side->strip.grey.data != NULL;
     }
-    pictures_want(ahead, 2, true);
-    pictures_want(ahead, 2, false);
+    ahead->sides = 2;
+    ahead->in_colour = false;
+    forget_rows(ahead);
     return taken ? ERROR_OK : ERROR_MEMORY;
 }
 
@@ -244,10 +252,7 @@ void pictures_want(struct pictures *pictures, int sides, bool in_colour) {
     }
     pictures->sides = sides;
     pictures->in_colour = in_colour;
-    pictures->begin = pictures->end = 0;
-    for (int i = 0; i < 2; i++) {
-        pictures->side[i].strip.begin = pictures->side[i].strip.end = 0;
-    }
+    forget_rows(pictures);
 }
 
 void pictures_rows(struct pictures *pictures, int begin, int end) {

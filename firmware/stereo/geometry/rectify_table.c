@@ -195,10 +195,9 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
                        enum rectify_side side, struct arena *arena, struct rectify_table *table) {
     INVARIANT(plan->width_px >= 1 && plan->width_px <= IMAGE_MAX_SIDE_PX);
     INVARIANT(plan->height_px >= 1 && plan->height_px <= IMAGE_MAX_SIDE_PX);
-    const bool is_left = side == RECTIFY_LEFT;
-    const struct lens *lens = is_left ? &calibration->left : &calibration->right;
+    const struct source source = source_of(plan, calibration, side);
+    const struct lens *lens = source.lens;
     INVARIANT(lens->width_px <= IMAGE_MAX_SIDE_PX && lens->height_px <= IMAGE_MAX_SIDE_PX);
-    const double cx_px = is_left ? plan->cx_left_px : plan->cx_right_px;
     struct rectify_table made = {
         .step_log2 = choose_step_log2(plan),
         .width_px = plan->width_px,
@@ -208,7 +207,7 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
         .identity = plan->identity,
     };
     if (plan->identity) {
-        set_identity(plan, lens, cx_px, &made);
+        set_identity(plan, lens, source.cx_px, &made);
         *table = made;
         return ERROR_OK;
     }
@@ -221,7 +220,6 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
         arena_release(arena, mark);
         return error;
     }
-    const struct source source = source_of(plan, calibration, side);
     error = compute_nodes(&source, &made);
     if (error != ERROR_OK) {
         arena_release(arena, mark);
