@@ -58,6 +58,7 @@ struct run {
     struct reconstruct_result *result;
     struct pictures *pictures;
     struct pictures ahead;  // for the coarser levels of the matcher
+    struct match_need match_need;
     uint64_t stage_begin_us;
     uint64_t pictures_us;  // spent on pictures before the stage
     size_t peak_bytes;     // peak of the stages before
@@ -113,15 +114,10 @@ static bool has_rings(const struct reconstruct_options *options) {
     return options->remake_pictures && !options->fill;
 }
 
-// Rows of a picture that are in memory.
-static int picture_rows(const struct rectify_plan *plan, const struct reconstruct_options *options,
-                        int threads) {
-    if (!has_rings(options)) {
-        return plan->height_px;
-    }
+static struct match_need match_needs_of(const struct rectify_plan *plan,
+                                        const struct reconstruct_options *options, int threads) {
     const struct match_options match = reconstruct_match_options(plan, options);
-    return smaller(match_rows_kept(plan->width_px, plan->height_px, &match, threads).kept,
-                   plan->height_px);
+    return match_needs(plan->width_px, plan->height_px, &match, threads);
 }
 
 static bool take_u8(struct arena *arena, int width, int height, struct image_u8 *image) {
@@ -165,7 +161,7 @@ static bool take_side(const struct run *run, int rows, enum rectify_side which) 
 
 static bool take_pictures(struct run *run) {
     struct reconstruct_result *result = run->result;
-    const int rows = picture_rows(&result->plan, run->options, run->parallel->threads);
+    const int rows = has_rings(run->options) ? run->match_need.rows_kept : result->plan.height_px;
     run->pictures = arena_take(run->arena, 1, sizeof *run->pictures);
     if (run->pictures == NULL) {
         return false;
@@ -221,8 +217,8 @@ size_t reconstruct_need_bytes(const struct raw_image *left, const struct raw_ima
     const int width = plan->width_px;
     const int height = plan->height_px;
     const size_t valid = (size_t)width * (size_t)height;
-    const int rows = picture_rows(plan, options, threads);
-    const struct match_options match = reconstruct_match_options(plan, options);
+    const struct match_need match = match_needs_of(plan, options, threads);
+    const int rows = has_rings(options) ? match.rows_kept : height;
     const int bits = left->bits > right->bits ? left->bits : right->bits;
     const size_t making = pictures_need_bytes(plan, calibration, bits, threads);
     size_t images =
@@ -240,12 +236,10 @@ size_t reconstruct_need_bytes(const struct raw_image *left, const struct raw_ima
     after =
         larger(after, surface_need_bytes(width, height, options->recompute_surface ? 0 : valid));
     after += arena_need_bytes(valid, sizeof(uint16_t));
-    const size_t matching = match_need_bytes(width, &match, threads);
     const size_t before =
-        has_rings(options) ? matching + pictures_ahead_need_bytes(
-                                            plan, calibration,
-                                            match_rows_kept(width, height, &match, threads).ahead)
-                           : larger(making, matching);
+        has_rings(options)
+            ? match.bytes + pictures_ahead_need_bytes(plan, calibration, match.rows_ahead)
+            : larger(making, match.bytes);
     return maps_need_bytes(plan) + images + larger(before, after);
 }
 
@@ -303,10 +297,8 @@ static int match(struct run *run) {
     const struct match_options options = reconstruct_match_options(&result->plan, run->options);
     const size_t mark = arena_mark(run->arena);
     if (has_rings(run->options)) {
-        const int rows = match_rows_kept(result->plan.width_px, result->plan.height_px, &options,
-                                         run->parallel->threads)
-                             .ahead;
-        const int begun = pictures_begin_ahead(run->pictures, rows, run->arena, &run->ahead);
+        const int begun = pictures_begin_ahead(run->pictures, run->match_need.rows_ahead,
+                                               run->arena, &run->ahead);
         if (begun != ERROR_OK) {
             return begun;
         }
@@ -539,6 +531,7 @@ int reconstruct_run(const struct raw_image *left, const struct raw_image *right,
                       .arena = arena,
                       .result = result};
     run.parallel = run.environment->parallel == NULL ? &parallel_serial : run.environment->parallel;
+    run.match_need = match_needs_of(plan, options, run.parallel->threads);
     const int error = all_stages(&run);
     end_pictures(&run);
     arena->peak_bytes = larger(arena->peak_bytes, run.peak_bytes);

@@ -244,7 +244,7 @@ Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8
     match_output output = {{disparity_q8.cells.data(), width, height, width},
                            {reason.cells.data(), width, height, width},
                            {confidence.cells.data(), width, height, width}};
-    const synthetic::Memory memory(match_need_bytes(width, &options, 1));
+    const synthetic::Memory memory(match_needs(width, height, &options, 1).bytes);
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
     REQUIRE(match_run(&input, &options, &parallel_serial, nullptr, nullptr, &arena, &output) ==

@@ -93,7 +93,7 @@ static void must_succeed(int error, const char *what) {
 }
 
 static void match_pair(const struct match_options *options) {
-    const size_t bytes = match_need_bytes(PAIR_WIDTH, options, 1);
+    const size_t bytes = match_needs(PAIR_WIDTH, PAIR_HEIGHT, options, 1).bytes;
     void *memory = must_have(bytes);
     struct arena working;
     arena_init(&working, memory, bytes);

@@ -46,7 +46,7 @@ Matched run_match(const std::vector<uint8_t> &left, const std::vector<uint8_t> &
     m.output.disparity_q8 = {m.disparity_q8.data(), width, height, width};
     m.output.reason = {m.reason.data(), width, height, width};
     m.output.confidence = {m.confidence.data(), width, height, width};
-    m.need_bytes = match_need_bytes(width, &options, setting.parallel->threads);
+    m.need_bytes = match_needs(width, height, &options, setting.parallel->threads).bytes;
     const Memory memory(setting.memory_bytes > 0 ? setting.memory_bytes : m.need_bytes);
     arena arena;
     arena_init(&arena, memory.data(), memory.size());

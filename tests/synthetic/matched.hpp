@@ -54,7 +54,7 @@ struct MatchSetting {
     const struct parallel *parallel = &parallel_serial;
     int stride_extra = 0;
     std::function<bool(int rows_done, int rows)> progress;
-    size_t memory_bytes = 0;  // 0: the result of match_need_bytes
+    size_t memory_bytes = 0;  // 0: the result of match_needs
 };
 
 /// Matches; the caller checks `status`. The arena is exactly as large as the matcher requested.

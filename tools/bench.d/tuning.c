@@ -139,7 +139,7 @@ static struct figures match(const struct pair *pair) {
         {maps, pair->width, pair->height, pair->width},
         {maps + pixels, pair->width, pair->height, pair->width},
     };
-    const size_t bytes = match_need_bytes(pair->width, &pair->options, 1);
+    const size_t bytes = match_needs(pair->width, pair->height, &pair->options, 1).bytes;
     void *memory =
         must(aligned_alloc(ARENA_ALIGNMENT, (bytes / ARENA_ALIGNMENT + 1) * ARENA_ALIGNMENT));
     struct arena arena;

@@ -85,7 +85,7 @@ struct match_look {
 void match_look_at(const struct match_input *input, struct match_look *look);
 
 /// Memory that `match_check_blocks` takes, in bytes.
-size_t match_check_blocks_need_bytes(int width, int threads);
+size_t match_check_blocks_need_bytes(int width, int height, int threads);
 
 /// Rejects valid pixels of a row without texture of their own, between occluded ones and an
 /// outline. `smooth`: 16 times the grey levels of the left image, smoothed by (1 2 1) both ways,

@@ -42,6 +42,10 @@ bool match_range_is_legal(const struct match_options *options) {
                MATCH_DISPARITY_LIMIT - options->disparity_min;
 }
 
+static int larger(int a, int b) {
+    return a > b ? a : b;
+}
+
 void *match_take(struct match_memory *memory, size_t count, size_t element_bytes) {
     memory->need_bytes += arena_need_bytes(count, element_bytes);
     void *taken = memory->arena == NULL ? NULL : arena_take(memory->arena, count, element_bytes);
@@ -61,40 +65,34 @@ static void set_state(struct match_state *state, int width, int height,
     match_plan_rows(state);
 }
 
-size_t match_need_bytes(int width, const struct match_options *options, int threads) {
-    if (width < 1 || width > IMAGE_MAX_SIDE_PX || !match_range_is_legal(options) ||
-        options->speckle_px < 0 || (unsigned)options->preset >= MATCH_PRESET_COUNT) {
-        return 0;
+struct match_need match_needs(int width, int height, const struct match_options *options,
+                              int threads) {
+    struct match_need need = {.rows_kept = CHECKS_ROWS_KEPT, .rows_ahead = 1};
+    if (width < 1 || width > IMAGE_MAX_SIDE_PX || height < 1 || height > IMAGE_MAX_SIDE_PX ||
+        !match_range_is_legal(options) || options->speckle_px < 0 ||
+        (unsigned)options->preset >= MATCH_PRESET_COUNT) {
+        return (struct match_need){.bytes = 0};
     }
     if (options->preset == MATCH_PRESET_PAPER) {
-        return match_paper_need_bytes(width, options);
-    }
-    struct match_state state;
-    // An image of any height has no more levels than the tallest.
-    set_state(&state, width, IMAGE_MAX_SIDE_PX, options, threads);
-    struct match_memory memory = {0};
-    match_take_memory(&state, &memory);
-    const size_t filtering = speckle_filter_need_bytes(width, options->speckle_px, threads);
-    const size_t checking = match_check_blocks_need_bytes(width, threads);
-    const size_t after = filtering > checking ? filtering : checking;
-    return memory.need_bytes > after ? memory.need_bytes : after;
-}
-
-struct match_rows match_rows_kept(int width, int height, const struct match_options *options,
-                                  int threads) {
-    INVARIANT(match_need_bytes(width, options, threads) > 0 && height >= MATCH_MIN_HEIGHT_PX);
-    struct match_rows rows = {CHECKS_ROWS_KEPT, 1};
-    if (options->preset != MATCH_PRESET_PAPER) {
+        need.bytes = match_paper_need_bytes(width, options);
+    } else {
         struct match_state state = {.input = NULL};
         set_state(&state, width, height, options, threads);
-        rows.kept = state.kept_rows > rows.kept ? state.kept_rows : rows.kept;
-        rows.ahead = match_ahead_step(&state);
+        struct match_memory memory = {0};
+        match_take_memory(&state, &memory);
+        const size_t filtering = speckle_filter_need_bytes(width, options->speckle_px, threads);
+        const size_t checking = match_check_blocks_need_bytes(width, height, threads);
+        const size_t after = filtering > checking ? filtering : checking;
+        need.bytes = memory.need_bytes > after ? memory.need_bytes : after;
+        need.rows_kept = larger(need.rows_kept, state.kept_rows);
+        need.rows_ahead = match_ahead_step(&state);
     }
-    return rows;
+    need.rows_kept = need.rows_kept < height ? need.rows_kept : height;
+    return need;
 }
 
 uint64_t match_work(int width, int height, const struct match_options *options) {
-    if (height < 1 || height > IMAGE_MAX_SIDE_PX || match_need_bytes(width, options, 1) == 0) {
+    if (match_needs(width, height, options, 1).bytes == 0) {
         return 0;
     }
     if (options->preset == MATCH_PRESET_PAPER) {

@@ -59,10 +59,10 @@ struct match_input {
     // compared in colour only if both images have any. Equal channels count as grey.
     struct image_rgb8 left_colour, right_colour;
     // Called before rows [begin, end) of what is wanted are read, which are then rings of at least
-    // match_rows_kept rows. NULL: all rows are there.
+    // match_needs' rows. NULL: all rows are there.
     void (*rows)(void *self, enum match_wanted what, int begin, int end);
     void *self;
-    // Then what the coarser levels read, in grey: rings of at least match_rows_kept's `ahead`.
+    // Then what the coarser levels read, in grey: rings of at least match_needs' `rows_ahead`.
     struct image_u8 ahead[2];
 };
 
@@ -93,19 +93,17 @@ enum match_preset match_preset_named(const char *name);
 /// Defaults for a search range: the standard preset.
 struct match_options match_default_options(int disparity_min, int disparity_count);
 
-/// Working memory that `match_run` takes with `threads` threads, in bytes: O(width x disparities),
-/// whatever the height; with the presets fast, standard and board hardly more for a larger range. 0
-/// when an argument is out of range.
-size_t match_need_bytes(int width, const struct match_options *options, int threads);
-
-/// Rows that rings of a pair's rows must hold, so that none is asked for twice in one pass: those
-/// of `match_run` with `threads` threads and of all other stages, and those of `match_input.ahead`.
-/// More than the height for low images. The arguments are those of match_run.
-struct match_rows {
-    int kept, ahead;
+/// What `match_run` needs with `threads` threads. Its working memory is O(width x disparities), and
+/// 1/4 byte for each pixel; with the presets fast, standard and board hardly more for a larger
+/// range.
+struct match_need {
+    size_t bytes;  // 0: an argument is out of range
+    // Rows that rings of a pair's rows must hold, so that none is asked for twice in one pass:
+    // those of all stages, no more than there are, and those of `match_input.ahead`.
+    int rows_kept, rows_ahead;
 };
-struct match_rows match_rows_kept(int width, int height, const struct match_options *options,
-                                  int threads);
+struct match_need match_needs(int width, int height, const struct match_options *options,
+                              int threads);
 
 /// Upper bound of the pixels times disparities that `match_run` processes on all levels; its run
 /// time is proportional. For the preset paper the equivalent number. 0 if an argument is out of

@@ -44,14 +44,16 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
         level->tile[i] = match_take(memory, (size_t)level->tiles, sizeof *level->tile[i]);
     }
     for (int i = 0; i < threads; i++) {
-        for (int j = 0; j < MATCH_BAND_ROWS + 1; j++) {
+        memcpy(level->cells[i], level->state->shared_cells[i],
+               sizeof level->state->shared_cells[i]);
+        for (int j = MATCH_BAND_ROWS - 1; j < MATCH_BAND_ROWS + 1; j++) {
             level->cells[i][j] = match_take(memory, level->row_bytes, 1);
         }
     }
     take_pictures(level, memory);
     level->ring_rows = MATCH_RING_ROWS(threads);
-    for (int i = 0; i < level->ring_rows; i++) {
-        level->ring[i] = match_take(memory, level->row_bytes, 1);
+    for (int i = 0; i < MATCH_BAND_ROWS; i++) {
+        level->kept[i] = match_take(memory, level->row_bytes, 1);
     }
     // If windows never change, the averages stay in place.
     level->down_rows = has_one_window(level) ? 1 : threads + 1;
@@ -151,7 +153,25 @@ static void take_scratch(const struct match_state *state, struct match_memory *m
     }
 }
 
+// Rows of cells that the levels use in turn.
+static void take_shared(struct match_state *state, struct match_memory *memory) {
+    size_t row_bytes = 0;
+    for (int i = 0; i < state->levels; i++) {
+        const size_t bytes = state->level[i].row_bytes;
+        row_bytes = bytes > row_bytes ? bytes : row_bytes;
+    }
+    for (int i = 0; i < state->threads; i++) {
+        for (int j = 0; j < MATCH_BAND_ROWS - 1; j++) {
+            state->shared_cells[i][j] = match_take(memory, row_bytes, 1);
+        }
+    }
+    for (int i = 0; i < state->threads * MATCH_BAND_ROWS; i++) {
+        state->shared_ring[i] = match_take(memory, row_bytes, 1);
+    }
+}
+
 void match_take_memory(struct match_state *state, struct match_memory *memory) {
+    take_shared(state, memory);
     for (int i = 0; i < state->levels; i++) {
         take_level(&state->level[i], memory);
     }
@@ -194,8 +214,11 @@ static void clear_part(void *level_pointer, int index) {
     for (int j = 0; j < MATCH_BAND_ROWS + 1; j++) {
         memset(level->cells[index][j], 0, level->row_bytes);
     }
-    for (int j = index; j < level->ring_rows; j += threads) {
-        memset(level->ring[j], 0, level->row_bytes);
+    for (int j = 0; j < MATCH_BAND_ROWS; j++) {
+        memset(level->state->shared_ring[index * MATCH_BAND_ROWS + j], 0, level->row_bytes);
+    }
+    for (int j = index; j < MATCH_BAND_ROWS; j += threads) {
+        memset(level->kept[j], 0, level->row_bytes);
     }
     for (int j = index; j < level->down_rows; j += threads) {
         memset(level->down[j], 0, level->row_bytes);
@@ -402,7 +425,8 @@ static void need_rows(struct match_level *level, int first, int bands) {
             scale_rows(state, state->ahead_rows, state->ahead_rows + step);
         }
     }
-    const int kept = (state->ahead_rows >> level->shift_y) - begin;
+    const int shown = state->ahead_rows >> level->shift_y;
+    const int kept = (shown < level->height ? shown : level->height) - (begin > 0 ? begin : 0);
     INVARIANT(state->dry || kept <= level->picture_rows);
     level->picture_rows = state->dry && kept > level->picture_rows ? kept : level->picture_rows;
 }
@@ -415,6 +439,24 @@ static void plan_batch(const struct batch *batch, int rest) {
     }
 }
 
+// Gives the ring its rows: those of a band, which are the level's own, and the shared ones.
+static void lend_rows(struct match_level *level, int number) {
+    uint8_t *const *shared = level->state->shared_ring;
+    const int bands = level->ring_rows / MATCH_BAND_ROWS;
+    for (int i = 0; i < bands; i++) {
+        uint8_t **rows = level->ring + (number + i) % bands * MATCH_BAND_ROWS;
+        memcpy(rows, i == 0 ? level->kept : shared + (i - 1) * MATCH_BAND_ROWS,
+               MATCH_BAND_ROWS * sizeof *rows);
+    }
+}
+
+// Until its next batch other levels use the shared rows: the costs of its next band are kept.
+static void keep_part(void *level_pointer, int index) {
+    const struct match_level *level = level_pointer;
+    const int slot = level->rows_done % level->ring_rows;
+    memcpy(level->kept[index], level->ring[slot + index], level->row_bytes);
+}
+
 static void run_batch(struct match_level *level) {
     const struct match_state *state = level->state;
     INVARIANT(level->rows_done % MATCH_BAND_ROWS == 0 && level->rows_done < level->height);
@@ -425,11 +467,16 @@ static void run_batch(struct match_level *level) {
     plan_batch(&batch, rest);
     need_rows(level, first, batch.bands);
     if (!state->dry) {
+        lend_rows(level, first);
         state->parallel->run(state->parallel->self, slopes_part, &batch, batch.bands);
         state->parallel->run(state->parallel->self, bands_part, &batch, state->threads);
     }
-    level->rows_done =
-        batch.bands == rest ? level->height : level->rows_done + batch.bands * MATCH_BAND_ROWS;
+    level->rows_done += batch.bands * MATCH_BAND_ROWS;
+    if (batch.bands == rest) {
+        level->rows_done = level->height;
+    } else if (!state->dry) {
+        state->parallel->run(state->parallel->self, keep_part, level, MATCH_BAND_ROWS);
+    }
 }
 
 static void reach_rows(void *self, enum match_wanted what, int begin, int end) {
@@ -441,27 +488,20 @@ static void reach_rows(void *self, enum match_wanted what, int begin, int end) {
 
 void match_plan_rows(struct match_state *state) {
     const struct match_level *finest = &state->level[0];
-    const struct match_input input = {
-        .left.height = IMAGE_MAX_SIDE_PX, .rows = reach_rows, .self = &state->kept_rows};
+    const struct match_input input = {.left.height = finest->height << finest->shift_y,
+                                      .rows = reach_rows,
+                                      .self = &state->kept_rows};
     const struct match_input *real = state->input;
     state->input = &input;
     state->dry = true;
     state->kept_rows = 0;
-    int height[MATCH_MAX_LEVELS];
     for (int i = 0; i < state->levels; i++) {
-        struct match_level *level = &state->level[i];
-        level->batch = bands_of_batch(state->threads);
-        level->picture_rows = 0;
-        // As of a high image: the memory does not depend on the height.
-        height[i] = level->height;
-        level->height = IMAGE_MAX_SIDE_PX >> level->shift_y;
+        state->level[i].batch = bands_of_batch(state->threads);
+        state->level[i].picture_rows = 0;
     }
     state->ahead_rows = 0;
     begin_levels(state);
     advance(&state->level[0], finest->height);
-    for (int i = 0; i < state->levels; i++) {
-        state->level[i].height = height[i];
-    }
     state->input = real;
     state->dry = false;
     state->ahead_rows = 0;

@@ -140,7 +140,10 @@ struct match_level {
 
     int batch;                                     // bands of a batch, at most
     struct match_tile *tile[MATCH_MAX_BATCH + 2];  // windows of the bands, one above, one below
-    uint8_t *cells[MATCH_MAX_THREADS][MATCH_BAND_ROWS + 1];  // band n uses n % threads
+    // Path costs of band n % threads. All but the last two rows are the levels' in turn, as are
+    // those of `ring` but the ones of the band in progress, `kept`.
+    uint8_t *cells[MATCH_MAX_THREADS][MATCH_BAND_ROWS + 1];
+    uint8_t *kept[MATCH_BAND_ROWS];
     int down_rows;
     uint8_t *down[MATCH_MAX_THREADS + 1];  // downward averages between the bands
     // Shared by the bands in progress. Row y is in slot y % ring_rows and so on.
@@ -170,8 +173,10 @@ struct match_state {
     int levels;
     struct match_look look;  // its smoothing is that of levels at full size
     int threads;
-    int ahead_rows;                 // of the images, which the coarser levels' pictures show
-    int kept_rows;                  // rows of the images that the finest level needs in memory
+    int ahead_rows;  // of the images, which the coarser levels' pictures show
+    int kept_rows;   // rows of the images that the finest level needs in memory
+    uint8_t *shared_cells[MATCH_MAX_THREADS][MATCH_BAND_ROWS - 1];
+    uint8_t *shared_ring[MATCH_MAX_RING_ROWS - MATCH_BAND_ROWS];
     bool dry;                       // only asks for rows, in the order of a run
     struct match_scratch *scratch;  // one per thread
 };

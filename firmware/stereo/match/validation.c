@@ -524,10 +524,10 @@ static void take_blocks(struct match_memory *memory, int width, int height,
     }
 }
 
-size_t match_check_blocks_need_bytes(int width, int threads) {
+size_t match_check_blocks_need_bytes(int width, int height, int threads) {
     struct block_check check = {.parts = part_count(threads)};
     struct match_memory memory = {0};
-    take_blocks(&memory, width, IMAGE_MAX_SIDE_PX, &check);
+    take_blocks(&memory, width, height, &check);
     return memory.need_bytes;
 }
 

@@ -129,7 +129,8 @@ Planes match(Images &images, match_options options, const match_kernels *kernels
     const size_t pixels = images.left.size();
     Planes planes{std::vector<int32_t>(pixels, fill), std::vector<uint8_t>(pixels, fill),
                   std::vector<uint8_t>(pixels, fill)};
-    const synthetic::Memory memory(match_need_bytes(images.width, &options, parallel->threads));
+    const synthetic::Memory memory(
+        match_needs(images.width, images.height, &options, parallel->threads).bytes);
     std::memset(memory.data(), fill, memory.size());
     arena arena;
     arena_init(&arena, memory.data(), memory.size());

@@ -43,12 +43,12 @@ std::vector<rectify_span> spans_of(const cv::Mat &image) {
 // Threads, and the memory that the core needs with that many.
 class team {
   public:
-    team(int threads, int width, const match_options &options, bool refine)
+    team(int threads, int width, int height, const match_options &options, bool refine)
         : workers_(workers_create(threads)) {
         if (workers_ == nullptr) {
             throw std::bad_alloc();
         }
-        size_bytes_ = match_need_bytes(width, &options, parallel()->threads);
+        size_bytes_ = match_needs(width, height, &options, parallel()->threads).bytes;
         if (refine) {
             size_bytes_ = std::max(size_bytes_, subpixel_need_bytes(width, parallel()->threads));
         }
@@ -136,7 +136,8 @@ class our_method : public bench_method {
     size_t pixels() const { return pair_.left.total(); }
 
     const team &team_of(int threads) {
-        return teams_.try_emplace(threads, threads, pair_.left.cols, options_, refine_)
+        return teams_
+            .try_emplace(threads, threads, pair_.left.cols, pair_.left.rows, options_, refine_)
             .first->second;
     }
 
