@@ -23,7 +23,7 @@ enum {
     ENCLOSED = 3,  // pairs of opposite supports, of four, around a pixel within a surface
     HOLD_PX = 4,   // how far a slope is continued with supports on one side only
     SLOPE_ONE_Q16 = 65536,
-    TO_FILL = 1,  // mark in sigma_q8
+    TO_FILL = 1,  // mark in sigma
 };
 
 // The disparity at the centre of a tile, and its growth per pixel.
@@ -400,7 +400,7 @@ static void fill_row(void *context, int y) {
     const struct rectify_span *span = fill->input->left_span;
     const int begin = span != NULL ? span[y].begin : 0;
     const int end = span != NULL ? span[y].end : fill->output->reason.width;
-    uint16_t *mark = image_u16_row(fill->input->sigma_q8, y);
+    uint8_t *mark = image_u8_row(fill->input->sigma, y);
     INVARIANT(begin >= 0 && end <= fill->output->reason.width);
     for (int x = begin; x < end; x++) {
         const uint8_t reason = image_u8_row(&fill->output->reason, y)[x];
@@ -413,7 +413,7 @@ static void fill_row(void *context, int y) {
 static void finish_row(void *context, int y) {
     const struct fill *fill = context;
     uint8_t *reason = image_u8_row(&fill->output->reason, y);
-    uint16_t *mark = image_u16_row(fill->input->sigma_q8, y);
+    uint8_t *mark = image_u8_row(fill->input->sigma, y);
     for (int x = 0; x < fill->output->reason.width; x++) {
         if (reason[x] != REASON_VALID) {
             reason[x] = mark[x] == TO_FILL ? REASON_FILLED : reason[x];
@@ -426,7 +426,7 @@ int fill_run(const struct fill_input *input, const struct parallel *parallel, st
              struct match_output *output) {
     const int width = output->reason.width, height = output->reason.height;
     INVARIANT(input->colour->width == width && input->colour->height == height);
-    INVARIANT(input->sigma_q8->width == width && input->sigma_q8->height == height);
+    INVARIANT(input->sigma->width == width && input->sigma->height == height);
     const size_t before = arena_mark(arena);
     struct fill fill = {.input = input,
                         .output = output,

@@ -17,11 +17,11 @@ enum {
     FILL_TILE_PX = 16,  // the surface around is described by a plane for each such tile
 };
 
-/// What is filled. `colour` and `sigma_q8` have the size of the match.
+/// What is filled. `colour` and `sigma` have the size of the match.
 struct fill_input {
     const struct image_rgb8 *colour;       // the rectified left image
     const struct rectify_span *left_span;  // valid columns of each row; NULL: all
-    struct image_u16 *sigma_q8;            // scratch where not valid; 0 there before and afterwards
+    struct image_u8 *sigma;                // scratch where not valid; 0 there before and afterwards
 };
 
 /// Working memory of `fill_run` in bytes: 16 for each tile.

@@ -199,10 +199,7 @@ static bool take_sigma(const struct run *run) {
     struct reconstruct_result *result = run->result;
     const int width = result->plan.width_px;
     const int height = result->plan.height_px;
-    const size_t pixels = (size_t)width * (size_t)height;
-    result->sigma_q8 =
-        (struct image_u16){arena_take(run->arena, pixels, sizeof(uint16_t)), width, height, width};
-    return result->sigma_q8.data != NULL;
+    return take_u8(run->arena, width, height, &result->sigma);
 }
 
 static size_t maps_need_bytes(const struct rectify_plan *plan) {
@@ -235,7 +232,7 @@ size_t reconstruct_need_bytes(const struct raw_image *left, const struct raw_ima
     after = larger(after, options->fill ? fill_need_bytes(width, height) : 0);
     after =
         larger(after, surface_need_bytes(width, height, options->recompute_surface ? 0 : valid));
-    after += arena_need_bytes(valid, sizeof(uint16_t));
+    after += arena_need_bytes(valid, 1);
     const size_t before =
         has_rings(options)
             ? match.bytes + pictures_ahead_need_bytes(plan, calibration, match.rows_ahead)
@@ -320,9 +317,9 @@ static int match(struct run *run) {
 static void set_unrefined_sigma(struct reconstruct_result *result) {
     for (int y = 0; y < result->plan.height_px; y++) {
         const uint8_t *reason = image_u8_row(&result->match.reason, y);
-        uint16_t *sigma_q8 = image_u16_row(&result->sigma_q8, y);
+        uint8_t *sigma = image_u8_row(&result->sigma, y);
         for (int x = 0; x < result->plan.width_px; x++) {
-            sigma_q8[x] = reason[x] == REASON_VALID ? UNREFINED_SIGMA_Q8 : 0;
+            sigma[x] = reason[x] == REASON_VALID ? subpixel_sigma_code(UNREFINED_SIGMA_Q8) : 0;
         }
     }
 }
@@ -344,7 +341,7 @@ static int begin_last_look(struct run *run, struct last_look *look) {
     int error = ERROR_OK;
     if (run->options->refine) {
         error = subpixel_begin(&look->fit, &look->input, run->parallel, run->arena, &result->match,
-                               &result->sigma_q8, false);
+                               &result->sigma, false);
     } else {
         set_unrefined_sigma(result);
     }
@@ -460,8 +457,7 @@ static int surface_stages(struct run *run) {
     const struct surface_depths depths = depths_asked_for(run->options);
     int error = begin_stage(run, RECONSTRUCT_TRIANGULATE);
     if (error == ERROR_OK && run->options->fill) {
-        const struct fill_input input = {&result->left_colour, result->left_span,
-                                         &result->sigma_q8};
+        const struct fill_input input = {&result->left_colour, result->left_span, &result->sigma};
         error = fill_run(&input, run->parallel, run->arena, &result->match);
     }
     if (error == ERROR_OK) {

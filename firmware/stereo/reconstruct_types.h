@@ -76,7 +76,7 @@ struct reconstruct_result {
     struct rectify_span *left_span, *right_span;  // valid columns of each row
 
     struct match_output match;
-    struct image_u16 sigma_q8;  // predicted sigma of the disparity; 0 where not valid
+    struct image_u8 sigma;  // of the disparity, predicted, as subpixel_sigma_code; 0: not valid
     struct triangulate_vertical vertical;
 
     int32_t max_gap_q8;  // largest disparity step within a triangle

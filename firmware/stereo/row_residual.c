@@ -381,19 +381,6 @@ void row_residual_finish(struct row_residual *residual, struct triangulate_verti
               work, vertical);
 }
 
-int row_residual_measure(const struct match_input *input, const struct match_output *output,
-                         struct arena *arena, struct triangulate_vertical *vertical) {
-    const size_t mark = arena_mark(arena);
-    struct row_residual residual;
-    const int error = row_residual_begin(&residual, input, output, arena);
-    if (error == ERROR_OK) {
-        row_residual_add(&residual, input->left.height);
-        row_residual_finish(&residual, vertical);
-    }
-    arena_release(arena, mark);
-    return error;
-}
-
 size_t row_residual_need_bytes(void) {
     return arena_need_bytes(SAMPLES_MAX, sizeof(struct row_residual_sample)) +
            arena_need_bytes(SAMPLES_MAX, sizeof(float));

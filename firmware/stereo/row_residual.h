@@ -38,14 +38,11 @@ int row_residual_begin(struct row_residual *residual, const struct match_input *
 /// above are final.
 void row_residual_add(struct row_residual *residual, int rows);
 
-/// After all rows: as `row_residual_measure`. May ask for rows of the images again.
+/// After all rows: the residual vertical disparity (right rows relative to left rows, sub-pixel, up
+/// to +-3 rows) on a textured sample of the valid matches, with its offset and slopes, fitted
+/// robustly. `vertical->samples` is 0 if fewer than 50 matches have enough texture. May ask for
+/// rows of the images again.
 void row_residual_finish(struct row_residual *residual, struct triangulate_vertical *vertical);
-
-/// Measures the residual vertical disparity (right rows relative to left rows, sub-pixel, up to +-3
-/// rows) on a textured sample of the valid matches and fits offset and slopes, robustly.
-/// `vertical->samples` is 0 if fewer than 50 matches have enough texture. ERROR_MEMORY.
-int row_residual_measure(const struct match_input *input, const struct match_output *output,
-                         struct arena *arena, struct triangulate_vertical *vertical);
 
 #ifdef __cplusplus
 }

@@ -130,7 +130,7 @@ static void divide_memory(struct subpixel_strip *strip, unsigned char *memory) {
 
 int subpixel_begin(struct subpixel *fit, const struct match_input *input,
                    const struct parallel *parallel, struct arena *arena,
-                   struct match_output *output, struct image_u16 *sigma_q8, bool plain) {
+                   struct match_output *output, struct image_u8 *sigma, bool plain) {
     INVARIANT(parallel->threads >= 1 && input->left.width >= MATCH_MIN_WIDTH_PX);
     const size_t mark = arena_mark(arena);
     const int width = input->left.width;
@@ -145,7 +145,7 @@ int subpixel_begin(struct subpixel *fit, const struct match_input *input,
         *strip = (struct subpixel_strip){
             .input = input,
             .output = output,
-            .sigma_q8 = sigma_q8,
+            .sigma_codes = sigma,
             .floor_q16 = floor_q8 * floor_q8,
             .begin = (int)((int64_t)width * i / fit->strip_count),
             .end = (int)((int64_t)width * (i + 1) / fit->strip_count),
@@ -213,7 +213,7 @@ static subpixel_loops *loops_of(const struct subpixel *fit) {
 static void write_row(const struct subpixel_strip *strip, int y) {
     const uint8_t *reason = image_u8_row(&strip->output->reason, y) + strip->begin;
     int32_t *disparity_q8 = image_i32_row(&strip->output->disparity_q8, y) + strip->begin;
-    uint16_t *sigma_q8 = image_u16_row(strip->sigma_q8, y) + strip->begin;
+    uint8_t *codes = image_u8_row(strip->sigma_codes, y) + strip->begin;
     const uint16_t *sigma = strip->sigma + SUBPIXEL_ASIDE;
     const uint16_t *last = strip->last + SUBPIXEL_ASIDE;
     const int columns = strip->end - strip->begin;
@@ -223,7 +223,7 @@ static void write_row(const struct subpixel_strip *strip, int y) {
         const int32_t before_q8 = disparity_q8[x];
         const uint16_t moved = (uint16_t)(last[x] - (uint32_t)before_q8);
         disparity_q8[x] = before_q8 + (int16_t)(moved & valid);
-        sigma_q8[x] = sigma[x] & valid;
+        codes[x] = subpixel_sigma_code(sigma[x] & valid);
     }
 }
 
@@ -252,16 +252,4 @@ int subpixel_advance(struct subpixel *fit, int rows) {
     }
     const int finished = fit->arrived - SUBPIXEL_REACH;
     return finished > 0 ? finished : 0;
-}
-
-int subpixel_fit(const struct match_input *input, const struct parallel *parallel,
-                 struct arena *arena, struct match_output *output, struct image_u16 *sigma_q8) {
-    const size_t mark = arena_mark(arena);
-    struct subpixel fit;
-    const int error = subpixel_begin(&fit, input, parallel, arena, output, sigma_q8, false);
-    if (error == ERROR_OK) {
-        subpixel_advance(&fit, input->left.height);
-        arena_release(arena, mark);
-    }
-    return error;
 }

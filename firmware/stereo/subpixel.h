@@ -31,17 +31,25 @@ struct subpixel {
     bool plain;
 };
 
+/// A sigma in 1/256 px, 2 to 256 or 0, in one byte of a map.
+static inline uint8_t subpixel_sigma_code(int sigma_q8) {
+    return (uint8_t)(sigma_q8 - (sigma_q8 > 0));
+}
+static inline uint16_t subpixel_sigma_q8(uint8_t code) {
+    return (uint16_t)(code + (code > 0));
+}
+
 /// Working memory of a fit in bytes: O(width), whatever the height.
 size_t subpixel_need_bytes(int width, int threads);
 
 /// Prepares a fit, which moves each valid disparity by at most two pixels to the best agreement of
-/// the windows of both images, and writes the predicted standard deviation in 1/256 px (0 where the
-/// pixel is not valid). Only valid pixels change; results do not depend on `parallel` or on
-/// batches. All arguments and the memory taken from `arena` are used until the last row. `plain`
-/// avoids the processor's own instructions, for tests. ERROR_MEMORY.
+/// the windows of both images, and writes the predicted standard deviation as
+/// subpixel_sigma_code (0 where the pixel is not valid). Only valid pixels change; results do not
+/// depend on `parallel` or on batches. All arguments and the memory taken from `arena` are used
+/// until the last row. `plain` avoids the processor's own instructions, for tests. ERROR_MEMORY.
 int subpixel_begin(struct subpixel *fit, const struct match_input *input,
                    const struct parallel *parallel, struct arena *arena,
-                   struct match_output *output, struct image_u16 *sigma_q8, bool plain);
+                   struct match_output *output, struct image_u8 *sigma, bool plain);
 
 /// Rows below `rows` of both images, of disparities and of reasons are there: refines all that it
 /// can and returns the number of finished rows, rows - SUBPIXEL_LATE_ROWS or all. Where the
@@ -49,10 +57,6 @@ int subpixel_begin(struct subpixel *fit, const struct match_input *input,
 /// images and from before - SUBPIXEL_LATE_ROWS of disparities and reasons, and writes the rows that
 /// it finishes.
 int subpixel_advance(struct subpixel *fit, int rows);
-
-/// Fits a whole image. ERROR_MEMORY.
-int subpixel_fit(const struct match_input *input, const struct parallel *parallel,
-                 struct arena *arena, struct match_output *output, struct image_u16 *sigma_q8);
 
 #ifdef __cplusplus
 }

@@ -64,7 +64,7 @@ struct subpixel_step {
 struct subpixel_strip {
     const struct match_input *input;
     struct match_output *output;
-    struct image_u16 *sigma_q8;
+    struct image_u8 *sigma_codes;
     int32_t floor_q16;  // variance that no window shows
     int begin, end;
     int x_first, columns;

@@ -106,7 +106,7 @@ static void triangulate_row(void *context, int y) {
     struct reconstruct_result *result = rows->result;
     const int width = result->plan.width_px;
     const int32_t *disparity_q8 = image_i32_row(&result->match.disparity_q8, y);
-    const uint16_t *sigma_q8 = image_u16_row(&result->sigma_q8, y);
+    const uint8_t *sigma = image_u8_row(&result->sigma, y);
     uint8_t *reason = image_u8_row(&result->match.reason, y);
     uint32_t vertex = rows->first[y];
     for (int x = 0; x < width; x++) {
@@ -114,8 +114,8 @@ static void triangulate_row(void *context, int y) {
             continue;
         }
         struct triangulate_point point;
-        const bool meets =
-            triangulate_match(rows->plan, x, y, disparity_q8[x], sigma_q8[x], &point);
+        const bool meets = triangulate_match(rows->plan, x, y, disparity_q8[x],
+                                             subpixel_sigma_q8(sigma[x]), &point);
         if (!meets || !is_within(&rows->depths, &point)) {
             const bool is_kept = !meets && rows->depths.keep_beyond && reason[x] == REASON_VALID;
             reason[x] = is_kept ? REASON_BEYOND : REASON_OUT_OF_RANGE;
@@ -314,14 +314,14 @@ int surface_mesh(struct arena *arena, struct reconstruct_result *result) {
 static void make_points(const struct reconstruct_result *result,
                         const struct triangulate_plan *plan, int y, struct strip *strip) {
     const int32_t *disparity_q8 = image_i32_row(&result->match.disparity_q8, y);
-    const uint16_t *sigma_q8 = image_u16_row(&result->sigma_q8, y);
+    const uint8_t *sigma = image_u8_row(&result->sigma, y);
     const uint8_t *reason = image_u8_row(&result->match.reason, y);
     const int width = result->plan.width_px;
     uint32_t count = 0;
     for (int x = 0; x < width; x++) {
         if (reason_has_point(reason[x])) {
-            const bool met = triangulate_match(plan, x, y, disparity_q8[x], sigma_q8[x],
-                                               &strip->points[1][count]);
+            const bool met = triangulate_match(
+                plan, x, y, disparity_q8[x], subpixel_sigma_q8(sigma[x]), &strip->points[1][count]);
             INVARIANT(met);
             strip->pixel[1][count++] = (uint32_t)y * (uint32_t)width + (uint32_t)x;
         }

@@ -25,7 +25,7 @@ static struct {
     struct rectify_span left_span[PAIR_HEIGHT], right_span[PAIR_HEIGHT];
     int32_t disparity_q8[PAIR_PIXELS];
     uint8_t reason[PAIR_PIXELS], confidence[PAIR_PIXELS];
-    uint16_t sigma_q8[PAIR_PIXELS];
+    uint8_t sigma[PAIR_PIXELS];
 } pair;
 
 static const struct match_input pair_input = {
@@ -189,18 +189,25 @@ static uint32_t digest_refine(void) {
         struct arena working;
         arena_init(&working, memory, bytes);
         struct match_output output = pair_output();
-        struct image_u16 sigma_q8 = {pair.sigma_q8, PAIR_WIDTH, PAIR_HEIGHT, PAIR_WIDTH};
-        must_succeed(subpixel_fit(&pair_input, &parallel_serial, &working, &output, &sigma_q8),
-                     "refine");
-        struct triangulate_vertical vertical = {.samples = 0};
-        must_succeed(row_residual_measure(&pair_input, &output, &working, &vertical),
+        struct image_u8 sigma = {pair.sigma, PAIR_WIDTH, PAIR_HEIGHT, PAIR_WIDTH};
+        struct subpixel fit;
+        must_succeed(
+            subpixel_begin(&fit, &pair_input, &parallel_serial, &working, &output, &sigma, false),
+            "refine");
+        subpixel_advance(&fit, PAIR_HEIGHT);
+        arena_release(&working, 0);
+        struct triangulate_vertical vertical;
+        struct row_residual residual;
+        must_succeed(row_residual_begin(&residual, &pair_input, &output, &working),
                      "measurement of the vertical disparity");
+        row_residual_add(&residual, PAIR_HEIGHT);
+        row_residual_finish(&residual, &vertical);
         must_succeed(vertical.samples > 0 ? ERROR_OK : ERROR_NO_SURFACE,
                      "finding samples of the vertical disparity");
         free(memory);
         crc = add_matches(crc);
         for (int k = 0; k < PAIR_PIXELS; k++) {
-            crc = add_bits(crc, pair.sigma_q8[k], 2);
+            crc = add_bits(crc, subpixel_sigma_q8(pair.sigma[k]), 2);
         }
         const double numbers[] = {vertical.offset_px, vertical.slope_x,   vertical.slope_y,
                                   vertical.rms_px,    vertical.median_px, vertical.p95_px};

@@ -124,14 +124,14 @@ static bool get_channels(struct reader *self, size_t pixels) {
     return true;
 }
 
-/// False: a disparity that no matcher finds.
+/// False: a disparity or a sigma that no matcher finds.
 static bool spread_row(struct reader *self, int y, const uint8_t *reason) {
     struct compact_band *band = &self->band;
     const struct reconstruct_result *result = &self->compact->result;
     const size_t width = (size_t)band->width;
     uint8_t *rgb = image_rgb8_row(&result->left_colour, y);
     uint8_t *confidence = image_u8_row(&result->match.confidence, y);
-    uint16_t *sigma_q8 = image_u16_row(&result->sigma_q8, y);
+    uint8_t *sigma = image_u8_row(&result->sigma, y);
     int32_t *disparity_q8 = image_i32_row(&result->match.disparity_q8, y);
     for (int i = 0; i < COMPACT_CHANNELS; i++) {
         compact_decode(band, (enum compact_channel)i, reason, y == 0);
@@ -140,12 +140,13 @@ static bool spread_row(struct reader *self, int y, const uint8_t *reason) {
     for (size_t x = 0; x < width; x++) {
         const int32_t green = band->row[COMPACT_GREEN][0][x];
         confidence[x] = (uint8_t)band->row[COMPACT_CONFIDENCE][0][x];
-        sigma_q8[x] = (uint16_t)band->row[COMPACT_SIGMA][0][x];
+        sigma[x] = subpixel_sigma_code(band->row[COMPACT_SIGMA][0][x]);
         rgb[3 * x] = (uint8_t)(green + band->row[COMPACT_RED][0][x]);
         rgb[3 * x + 1] = (uint8_t)green;
         rgb[3 * x + 2] = (uint8_t)(green + band->row[COMPACT_BLUE][0][x]);
         disparity_q8[x] = band->row[COMPACT_DISPARITY][0][x];
-        if (disparity_q8[x] < -DISPARITY_Q8_MAX || disparity_q8[x] > DISPARITY_Q8_MAX) {
+        if (subpixel_sigma_q8(sigma[x]) != band->row[COMPACT_SIGMA][0][x] ||
+            disparity_q8[x] < -DISPARITY_Q8_MAX || disparity_q8[x] > DISPARITY_Q8_MAX) {
             return false;
         }
     }
@@ -184,8 +185,7 @@ static void take_maps(struct arena *arena, struct reconstruct_result *result) {
         (struct image_i32){arena_take(arena, pixels, sizeof(int32_t)), width, height, width};
     match->reason = (struct image_u8){arena_take(arena, pixels, 1), width, height, width};
     match->confidence = (struct image_u8){arena_take(arena, pixels, 1), width, height, width};
-    result->sigma_q8 =
-        (struct image_u16){arena_take(arena, pixels, sizeof(uint16_t)), width, height, width};
+    result->sigma = (struct image_u8){arena_take(arena, pixels, 1), width, height, width};
     result->left_colour =
         (struct image_rgb8){arena_take(arena, pixels, 3), width, height, (ptrdiff_t)3 * width};
     result->left = result->right = (struct image_u8){NULL, width, height, width};

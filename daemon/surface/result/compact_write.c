@@ -47,14 +47,14 @@ static void gather_row(struct writer *self, const struct reconstruct_result *res
     const size_t width = (size_t)band->width;
     const uint8_t *rgb = reconstruct_colour_row(result, y);
     const uint8_t *confidence = image_u8_row(&result->match.confidence, y);
-    const uint16_t *sigma_q8 = image_u16_row(&result->sigma_q8, y);
+    const uint8_t *sigma = image_u8_row(&result->sigma, y);
     memcpy(reason, image_u8_row(&result->match.reason, y), width);
     memcpy(band->row[COMPACT_DISPARITY][1], image_i32_row(&result->match.disparity_q8, y),
            width * sizeof(int32_t));
     for (size_t x = 0; x < width; x++) {
         const int32_t green = rgb[3 * x + 1];
         band->row[COMPACT_CONFIDENCE][1][x] = confidence[x];
-        band->row[COMPACT_SIGMA][1][x] = sigma_q8[x];
+        band->row[COMPACT_SIGMA][1][x] = subpixel_sigma_q8(sigma[x]);
         band->row[COMPACT_GREEN][1][x] = green;
         band->row[COMPACT_RED][1][x] = compact_wrap(rgb[3 * x] - green, 1, true);
         band->row[COMPACT_BLUE][1][x] = compact_wrap(rgb[3 * x + 2] - green, 1, true);

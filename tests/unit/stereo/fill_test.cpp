@@ -27,7 +27,7 @@ struct Map {
     int width, height;
     std::vector<int32_t> disparity_q8;
     std::vector<uint8_t> reason, colour;
-    std::vector<uint16_t> sigma_q8;
+    std::vector<uint8_t> sigma;
     std::vector<rectify_span> span;
 
     Map(int columns, int rows, const std::function<double(int x, int y)> &disparity_px)
@@ -36,7 +36,7 @@ struct Map {
             for (int x = 0; x < width; x++) {
                 disparity_q8.push_back(static_cast<int32_t>(std::lround(256 * disparity_px(x, y))));
                 reason.push_back(REASON_VALID);
-                sigma_q8.push_back(20);
+                sigma.push_back(20);
                 colour.insert(colour.end(), grey.begin(), grey.end());
             }
             span[static_cast<size_t>(y)] = {0, static_cast<int16_t>(width)};
@@ -50,7 +50,7 @@ struct Map {
             for (int x = left; x < right; x++) {
                 reason[at(x, y)] = why;
                 disparity_q8[at(x, y)] = 77777;
-                sigma_q8[at(x, y)] = 0;
+                sigma[at(x, y)] = 0;
             }
         }
     }
@@ -65,7 +65,7 @@ struct Map {
 
     int fill(const parallel *parallel = &parallel_serial) {
         const image_rgb8 image = {colour.data(), width, height, 3 * width};
-        image_u16 sigma = {sigma_q8.data(), width, height, width};
+        image_u8 view = {sigma.data(), width, height, width};
         match_output output{};
         output.disparity_q8 = {disparity_q8.data(), width, height, width};
         output.reason = {reason.data(), width, height, width};
@@ -73,7 +73,7 @@ struct Map {
         void *memory = ::operator new (bytes, std::align_val_t{ARENA_ALIGNMENT});
         arena arena;
         arena_init(&arena, memory, bytes);
-        const fill_input input = {&image, span.data(), &sigma};
+        const fill_input input = {&image, span.data(), &view};
         const int error = fill_run(&input, parallel, &arena, &output);
         CHECK(arena.used_bytes == 0);
         ::operator delete (memory, std::align_val_t{ARENA_ALIGNMENT});
@@ -123,8 +123,8 @@ TEST_CASE("a hole in a tilted plane is filled exactly") {
             changed +=
                 before.reason[i] == REASON_VALID &&
                 (map.reason[i] != REASON_VALID || map.disparity_q8[i] != before.disparity_q8[i] ||
-                 map.sigma_q8[i] != before.sigma_q8[i]);
-            changed += map.reason[i] == REASON_FILLED && map.sigma_q8[i] != 0;
+                 map.sigma[i] != before.sigma[i]);
+            changed += map.reason[i] == REASON_FILLED && map.sigma[i] != 0;
         }
         CHECK(changed == 0);
     }
@@ -218,7 +218,7 @@ TEST_CASE("the result does not depend on the number of threads") {
         REQUIRE(other.fill(pool.parallel()) == ERROR_OK);
         CHECK(other.disparity_q8 == serial.disparity_q8);
         CHECK(other.reason == serial.reason);
-        CHECK(other.sigma_q8 == serial.sigma_q8);
+        CHECK(other.sigma == serial.sigma);
     }
 }
 
@@ -226,7 +226,7 @@ TEST_CASE("without memory nothing changes") {
     Map map(40, 30, [](int, int) { return 10.0; });
     map.reject(5, 5, 9, 9);
     const image_rgb8 image = {map.colour.data(), map.width, map.height, 3 * map.width};
-    image_u16 sigma = {map.sigma_q8.data(), map.width, map.height, map.width};
+    image_u8 sigma = {map.sigma.data(), map.width, map.height, map.width};
     match_output output{};
     output.disparity_q8 = {map.disparity_q8.data(), map.width, map.height, map.width};
     output.reason = {map.reason.data(), map.width, map.height, map.width};

@@ -75,7 +75,7 @@ bool same_maps(const reconstruct_result &p, const reconstruct_result &q) {
            std::equal(m.reason.data, m.reason.data + pixels, n.reason.data) &&
            std::equal(m.disparity_q8.data, m.disparity_q8.data + pixels, n.disparity_q8.data) &&
            std::equal(m.confidence.data, m.confidence.data + pixels, n.confidence.data) &&
-           std::equal(p.sigma_q8.data, p.sigma_q8.data + pixels, q.sigma_q8.data);
+           std::equal(p.sigma.data, p.sigma.data + pixels, q.sigma.data);
 }
 
 }  // namespace

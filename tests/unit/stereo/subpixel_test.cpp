@@ -19,9 +19,10 @@ using namespace synthetic;
 
 namespace {
 
+constexpr uint8_t kUntouched = 123;
 struct Refined {
     Matched matched;
-    std::vector<uint16_t> sigma_q8;
+    std::vector<uint8_t> codes;
     int status;
     size_t peak_bytes, need_bytes;
 };
@@ -38,13 +39,17 @@ Refined refine(Matched matched, const parallel *parallel = &parallel_serial,
     Refined result{std::move(matched), {}, 0, 0, 0};
     Matched &m = result.matched;
     m.bind();
-    result.sigma_q8.assign(m.reason.size(), 12345);
-    image_u16 sigma = {result.sigma_q8.data(), m.width, m.height, m.width};
+    result.codes.assign(m.reason.size(), kUntouched);
+    image_u8 sigma = {result.codes.data(), m.width, m.height, m.width};
     result.need_bytes = subpixel_need_bytes(m.width, parallel->threads);
     const Memory memory(memory_bytes > 0 ? memory_bytes : result.need_bytes);
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
-    result.status = subpixel_fit(&m.input, parallel, &arena, &m.output, &sigma);
+    subpixel fit;
+    result.status = subpixel_begin(&fit, &m.input, parallel, &arena, &m.output, &sigma, false);
+    if (result.status == ERROR_OK) {
+        subpixel_advance(&fit, m.height);
+    }
     result.peak_bytes = arena.peak_bytes;
     return result;
 }
@@ -80,12 +85,12 @@ class Stream {
     Stream(const Matched &matched, const parallel *parallel, bool plain)
         : source_(matched),
           shown_(matched),
-          sigma_q8_(matched.reason.size(), kUntouched),
+          codes_(matched.reason.size(), kUntouched),
           memory_(subpixel_need_bytes(matched.width, parallel->threads)) {
         shown_.bind();
         std::fill(shown_.disparity_q8.begin(), shown_.disparity_q8.end(), -77777);
         std::fill(shown_.reason.begin(), shown_.reason.end(), REASON_VALID);
-        sigma_ = {sigma_q8_.data(), shown_.width, shown_.height, shown_.width};
+        sigma_ = {codes_.data(), shown_.width, shown_.height, shown_.width};
         arena_init(&arena_, memory_.data(), memory_.size());
         REQUIRE(subpixel_begin(&fit_, &shown_.input, parallel, &arena_, &shown_.output, &sigma_,
                                plain) == ERROR_OK);
@@ -112,21 +117,19 @@ class Stream {
             const bool done = i < end_of(finished);
             const Matched &expected = done ? whole.matched : source_;
             result = result && shown_.disparity_q8[i] == expected.disparity_q8[i] &&
-                     sigma_q8_[i] == (done ? whole.sigma_q8[i] : kUntouched);
+                     codes_[i] == (done ? whole.codes[i] : kUntouched);
         }
         return result;
     }
 
   private:
-    static constexpr uint16_t kUntouched = 12345;
-
     size_t end_of(int rows) const { return shown_.index(0, std::max(rows, 0)); }
 
     Matched source_, shown_;
-    std::vector<uint16_t> sigma_q8_;
+    std::vector<uint8_t> codes_;
     Memory memory_;
     arena arena_{};
-    image_u16 sigma_{};
+    image_u8 sigma_{};
     subpixel fit_{};
     int rows_ = 0;
 };
@@ -151,7 +154,7 @@ Scores scores_of(const Refined &refined, const Pair &pair) {
     for (size_t i = 0; i < clear.size(); i++) {
         const double error = refined.matched.disparity_px(i) - pair.left_truth.disparity_px[i];
         if (clear[i] && refined.matched.valid(i) && std::abs(error) < 1) {
-            scores.add(error / (refined.sigma_q8[i] / 256.0));
+            scores.add(error / (subpixel_sigma_q8(refined.codes[i]) / 256.0));
         }
     }
     return scores;
@@ -162,18 +165,16 @@ Comparison compare_clear(const Matched &matched, const Pair &pair) {
     return compare(matched, pair.left_truth, [&](int x, int y) { return clear[pair.index(x, y)]; });
 }
 
-triangulate_vertical measure_vertical(const Matched &matched, int *status = nullptr) {
+triangulate_vertical measure_vertical(const Matched &matched) {
     const Memory memory(row_residual_need_bytes());
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
     triangulate_vertical vertical{};
-    const int code = row_residual_measure(&matched.input, &matched.output, &arena, &vertical);
+    row_residual residual;
+    REQUIRE(row_residual_begin(&residual, &matched.input, &matched.output, &arena) == ERROR_OK);
+    row_residual_add(&residual, matched.height);
+    row_residual_finish(&residual, &vertical);
     CHECK(arena.peak_bytes <= memory.size());
-    if (status != nullptr) {
-        *status = code;
-    } else {
-        CHECK(code == ERROR_OK);
-    }
     return vertical;
 }
 
@@ -270,8 +271,8 @@ TEST_CASE("only valid pixels change, by two pixels at most, and only they have a
         const int32_t step_q8 = refined.matched.disparity_q8[i] - raw.disparity_q8[i];
         moved += step_q8 != 0;
         wrong += step_q8 > 512 || step_q8 < -512;
-        wrong += !raw.valid(i) && (step_q8 != 0 || refined.sigma_q8[i] != 0);
-        wrong += raw.valid(i) && refined.sigma_q8[i] == 0;
+        wrong += !raw.valid(i) && (step_q8 != 0 || refined.codes[i] != 0);
+        wrong += raw.valid(i) && refined.codes[i] == 0;
     }
     CHECK(wrong == 0);
     CHECK(moved > 1000);
@@ -292,7 +293,7 @@ TEST_CASE("refinement is the same for any number of threads, in the memory promi
         const Refined refined = refine(raw, pool.parallel());
         CHECK(refined.status == ERROR_OK);
         CHECK(refined.matched.disparity_q8 == serial.matched.disparity_q8);
-        CHECK(refined.sigma_q8 == serial.sigma_q8);
+        CHECK(refined.codes == serial.codes);
         CHECK(refined.peak_bytes <= refined.need_bytes);
     }
     CHECK(refine(raw, &parallel_serial, serial.peak_bytes - 64).status == ERROR_MEMORY);
@@ -305,9 +306,7 @@ TEST_CASE("rows in batches give the same from any pixels, and only those stated 
         const Matched raw = random_matches(random, round);
         const Refined whole = refine(raw);
         REQUIRE(whole.status == ERROR_OK);
-        int status = -99;
-        measure_vertical(whole.matched, &status);
-        CHECK(status == ERROR_OK);
+        measure_vertical(whole.matched);
         const Threads pool(1 + round % 4, seed);
         Stream stream(raw, pool.parallel(), round % 2 == 0);
         CAPTURE(raw.width);
@@ -392,6 +391,6 @@ TEST_CASE("too little memory is refused by both") {
     const Memory memory(64);
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
-    triangulate_vertical vertical{};
-    CHECK(row_residual_measure(&matched.input, &matched.output, &arena, &vertical) == ERROR_MEMORY);
+    row_residual residual;
+    CHECK(row_residual_begin(&residual, &matched.input, &matched.output, &arena) == ERROR_MEMORY);
 }

@@ -167,7 +167,8 @@ double default_tolerance_px(const reconstruct_result &full) {
         if (result_figures_is_filled(&full, pixel)) {
             continue;  // has no prediction
         }
-        counts[image_u16_row(&full.sigma_q8, static_cast<int>(pixel / width))[pixel % width]]++;
+        counts[subpixel_sigma_q8(
+            image_u8_row(&full.sigma, static_cast<int>(pixel / width))[pixel % width])]++;
     }
     std::uint32_t median = 0;
     for (std::uint64_t seen = 0;

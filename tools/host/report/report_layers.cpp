@@ -153,7 +153,7 @@ std::string report_layers_pack(const reconstruct_result &result, const report_tr
         reason[s.at] = image_u8_row(&result.match.reason, s.y)[s.x];
         const int level = image_u8_row(&result.match.confidence, s.y)[s.x] / 16;
         confidence[s.at] = static_cast<unsigned char>(level * 17);
-        sigma[s.at] = leading_bits(image_u16_row(&result.sigma_q8, s.y)[s.x]);
+        sigma[s.at] = leading_bits(subpixel_sigma_q8(image_u8_row(&result.sigma, s.y)[s.x]));
         reach[s.at] = sigma_code[pixel_of(result, s)];
     });
     for (const report_bytes *plane : {&reason, &confidence, &sigma, &reach}) {
@@ -226,8 +226,8 @@ report_bytes report_layers_sigma(const reconstruct_result &result, const report_
     report_bytes indices(page_pixels(grid), REPORT_TRANSPARENT);
     for_each_sample(grid, [&](const sample &s) {
         if (is_valid(result, s)) {
-            indices[s.at] =
-                coarse_index(image_u16_row(&result.sigma_q8, s.y)[s.x] / 256.0 / high_px);
+            indices[s.at] = coarse_index(subpixel_sigma_q8(image_u8_row(&result.sigma, s.y)[s.x]) /
+                                         256.0 / high_px);
         }
     });
     return indices;

@@ -120,8 +120,8 @@ std::string sigma_figure(const reconstruct_context &context, const report_grid &
     std::vector<std::uint16_t> values;
     for (int y = 0; y < result.left.height; y++) {
         for (int x = 0; x < result.left.width; x++) {
-            if (image_u16_row(&result.sigma_q8, y)[x] > 0) {
-                values.push_back(image_u16_row(&result.sigma_q8, y)[x]);
+            if (image_u8_row(&result.sigma, y)[x] > 0) {
+                values.push_back(subpixel_sigma_q8(image_u8_row(&result.sigma, y)[x]));
             }
         }
     }

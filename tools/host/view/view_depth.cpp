@@ -47,6 +47,16 @@ void append(const Image &image, std::string *bytes) {
     }
 }
 
+// In 16 bits a pixel; 0 where there is none.
+void append_sigma(const reconstruct_result &result, std::string *bytes) {
+    std::vector<std::uint16_t> sigma_q8(
+        static_cast<std::size_t>(result.plan.width_px * result.plan.height_px));
+    for (std::size_t i = 0; result.sigma.data != nullptr && i < sigma_q8.size(); i++) {
+        sigma_q8[i] = subpixel_sigma_q8(result.sigma.data[i]);
+    }
+    bytes->append(reinterpret_cast<const char *>(sigma_q8.data()), 2 * sigma_q8.size());
+}
+
 }  // namespace
 
 struct view_depth_maker::state {
@@ -204,13 +214,7 @@ std::shared_ptr<view_depth> view_depth_maker::make(const view_picture &picture,
     header["picture"] = picture.number;
     depth->bytes = header.dump() + "\n";
     append(result.match.disparity_q8, &depth->bytes);
-    image_u16 sigma = result.sigma_q8;
-    if (sigma.data == nullptr) {
-        depth->bytes.append(2 * static_cast<std::size_t>(self.plan.width_px * self.plan.height_px),
-                            '\0');
-    } else {
-        append(sigma, &depth->bytes);
-    }
+    append_sigma(result, &depth->bytes);
     append(result.match.reason, &depth->bytes);
     append(result.left, &depth->bytes);
     append(result.right, &depth->bytes);

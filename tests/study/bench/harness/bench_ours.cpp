@@ -79,7 +79,7 @@ class our_method : public bench_method {
           disparity_q8_(pixels()),
           reason_(pixels()),
           confidence_(pixels()),
-          sigma_q8_(pixels()) {
+          codes_(pixels()) {
         const int width = pair.left.cols;
         const int height = pair.left.rows;
         input_.left = {pair_.left.data, width, height, width};
@@ -96,7 +96,7 @@ class our_method : public bench_method {
         output_.disparity_q8 = {disparity_q8_.data(), width, height, width};
         output_.reason = {reason_.data(), width, height, width};
         output_.confidence = {confidence_.data(), width, height, width};
-        sigma_ = {sigma_q8_.data(), width, height, width};
+        sigma_ = {codes_.data(), width, height, width};
     }
 
     std::size_t first_run_bytes() override {
@@ -126,7 +126,7 @@ class our_method : public bench_method {
         for (std::size_t i = 0; i < pixels(); i++) {
             result.guess_px.push_back(static_cast<float>(disparity_q8_[i]) / 256);
             if (refine_) {
-                result.sigma_px.push_back(static_cast<float>(sigma_q8_[i]) / 256);
+                result.sigma_px.push_back(static_cast<float>(subpixel_sigma_q8(codes_[i])) / 256);
             }
         }
         return result;
@@ -148,7 +148,9 @@ class our_method : public bench_method {
         check(match_run(&input_, &options_, team.parallel(), nullptr, nullptr, &arena, &output_));
         if (refine_) {
             arena_release(&arena, 0);
-            check(subpixel_fit(&input_, team.parallel(), &arena, &output_, &sigma_));
+            subpixel fit;
+            check(subpixel_begin(&fit, &input_, team.parallel(), &arena, &output_, &sigma_, false));
+            subpixel_advance(&fit, input_.left.height);
         }
         return arena.peak_bytes;
     }
@@ -159,11 +161,11 @@ class our_method : public bench_method {
     std::map<int, team> teams_;  // key: number of threads
     std::vector<int32_t> disparity_q8_;
     std::vector<uint8_t> reason_, confidence_;
-    std::vector<uint16_t> sigma_q8_;
+    std::vector<uint8_t> codes_;
     std::vector<rectify_span> left_span_, right_span_;
     match_input input_{};
     match_output output_;
-    image_u16 sigma_;
+    image_u8 sigma_;
 };
 
 }  // namespace

@@ -172,7 +172,7 @@ std::vector<float> bench_filled(const bench_pair &pair, const std::vector<float>
     const std::size_t pixels = disparity_px.size();
     std::vector<int32_t> disparity_q8(pixels);
     std::vector<uint8_t> reason(pixels, REASON_AMBIGUOUS);
-    std::vector<uint16_t> sigma_q8(pixels);
+    std::vector<uint8_t> codes(pixels);
     for (std::size_t i = 0; i < pixels; i++) {
         if (std::isfinite(disparity_px[i])) {
             disparity_q8[i] = static_cast<int32_t>(std::lround(256 * disparity_px[i]));
@@ -180,7 +180,7 @@ std::vector<float> bench_filled(const bench_pair &pair, const std::vector<float>
         }
     }
     const image_rgb8 colour = {pair.left_colour.data, width, height, 3 * width};
-    image_u16 sigma = {sigma_q8.data(), width, height, width};
+    image_u8 sigma = {codes.data(), width, height, width};
     match_output output{};
     output.disparity_q8 = {disparity_q8.data(), width, height, width};
     output.reason = {reason.data(), width, height, width};
