@@ -200,7 +200,7 @@ static void reply_figures(const struct surface *self) {
 static int compute(struct surface *self) {
     struct surface_run *run = &self->run;
     run->daemon = daemon_of(self->call);
-    run->keep = true;
+    run->keep = run->frees_maps = true;
     run->should_stop = should_stop;
     run->progress = show_progress;
     run->self = self;

@@ -103,6 +103,7 @@ int surface_run(struct surface_run *self) {
     job->request = &self->request;
     job->caller = &self->caller;
     job->check_space = true;
+    job->frees_maps = self->frees_maps;
     job->files = self->daemon->files_fd;
     job->files_limit_bytes = (uint64_t)self->daemon->config.files_limit_mb * 1000000;
     const int error = reconstruct_job_run(job);

@@ -19,6 +19,7 @@ struct surface_run {
     char session[FILES_NAME_MAX + 1];  ///< below "files"; of a pair in memory: its name
     struct captured_pair *captured;    ///< the pair in memory, given back at the end; NULL: none
     struct reconstruct_request request;
+    bool frees_maps;  ///< see reconstruct_job.h
     bool keep;  ///< write the results to "files"; else only `job.result` is made, with its points
     bool (*should_stop)(void *self);
     void (*progress)(void *self, int stage, const char *what, int done, int total);

@@ -69,7 +69,8 @@ struct free_space free_space_now(int files, uint64_t files_limit_bytes) {
 
 uint64_t free_space_memory_bytes(const struct free_space *available,
                                  const struct free_space *need) {
-    return need->memory_bytes + (available->files_in_memory ? need->files_bytes : 0);
+    const uint64_t files_bytes = available->files_in_memory ? need->files_bytes : 0;
+    return need->memory_bytes + left_of(files_bytes, need->freed_bytes);
 }
 
 bool free_space_fits(const struct free_space *available, const struct free_space *need) {

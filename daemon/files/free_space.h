@@ -14,6 +14,7 @@ extern "C" {
 /// Bytes that are there, or that are needed.
 struct free_space {
     uint64_t memory_bytes, files_bytes;
+    uint64_t freed_bytes;  ///< of the memory needed, what is free again before files are written
     bool files_in_memory;  ///< files take memory as well
     bool files_limited;    ///< `files_bytes` are what is left of a limit, not of a disk
 };
@@ -25,7 +26,7 @@ struct free_space free_space_now(int files, uint64_t files_limit_bytes);
 /// Whether the bytes of `need` are there. Files in memory need both.
 bool free_space_fits(const struct free_space *available, const struct free_space *need);
 
-/// Bytes of memory that `need` takes with its files.
+/// Bytes of memory that `need` takes with its files, at most.
 uint64_t free_space_memory_bytes(const struct free_space *available, const struct free_space *need);
 
 /// Bytes that the files below a directory take, in whole pages; links are not followed. `directory`

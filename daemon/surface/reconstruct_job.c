@@ -95,6 +95,31 @@ static void choose_files(struct reconstruct_job *job) {
                                  : RECONSTRUCT_MM;
 }
 
+/// Frees whole pages of rows [begin, end) of a map, but keeps their addresses.
+static void free_rows(void *data, size_t row_bytes, int begin, int end) {
+    const size_t page_bytes = (size_t)sysconf(_SC_PAGESIZE);
+    char *first = (char *)data + row_bytes * (size_t)begin;
+    char *last = (char *)data + row_bytes * (size_t)end;
+    first += -(uintptr_t)first % page_bytes;
+    last -= (uintptr_t)last % page_bytes;
+    if (first < last) {
+        (void)mmap(first, (size_t)(last - first), PROT_NONE,
+                   MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_FIXED, -1, 0);
+    }
+}
+
+static void free_map_rows(void *owner, int rows) {
+    struct reconstruct_job *job = owner;
+    const struct reconstruct_result *result = &job->result;
+    const size_t width = (size_t)result->plan.width_px;
+    const int begin = job->freed_rows;
+    free_rows(result->match.disparity_q8.data, width * sizeof(int32_t), begin, rows);
+    free_rows(result->match.reason.data, width, begin, rows);
+    free_rows(result->match.confidence.data, width, begin, rows);
+    free_rows(result->sigma.data, width, begin, rows);
+    job->freed_rows = rows;
+}
+
 static void fill_context(struct reconstruct_job *job) {
     struct reconstruct_context *context = &job->context;
     context->result = &job->result;
@@ -111,6 +136,8 @@ static void fill_context(struct reconstruct_job *job) {
     context->ground_truth_scale = job->request->ground_truth_scale;
     context->metric = job->inputs.metric;
     context->shrink = job->inputs.left.shrink;
+    context->rows_written = job->frees_maps ? free_map_rows : NULL;
+    context->owner = job;
     choose_files(job);
     context->version = version_text();
     context->build_id = version_build_id();
@@ -352,6 +379,16 @@ static void estimate_work(const struct raw_image *raw, const struct rectify_plan
     work_ns[RECONSTRUCT_WORK_WRITE] = write_ns * pixels;
 }
 
+/// Of the memory of the stages only the result's stays, so that there is more for files.
+static void free_working_memory(struct reconstruct_job *job, size_t used_bytes) {
+    const size_t page_bytes = (size_t)sysconf(_SC_PAGESIZE);
+    const size_t kept_bytes = (used_bytes + page_bytes - 1) / page_bytes * page_bytes;
+    if (kept_bytes > 0 && kept_bytes < job->memory_bytes &&
+        munmap((char *)job->memory + kept_bytes, job->memory_bytes - kept_bytes) == 0) {
+        job->memory_bytes = kept_bytes;
+    }
+}
+
 static int compute(struct reconstruct_job *job) {
     const struct reconstruct_environment environment = {
         .parallel = workers_parallel(job->workers),
@@ -375,6 +412,7 @@ static int compute(struct reconstruct_job *job) {
     struct rusage usage = {0};
     getrusage(RUSAGE_SELF, &usage);
     job->context.rss_peak_bytes = (size_t)usage.ru_maxrss * 1024;
+    free_working_memory(job, arena.used_bytes);
     if (error == ERROR_NO_SURFACE) {
         reconstruct_summary_no_surface(&job->context, &job->message);
     } else if (error == ERROR_CANCELLED) {
@@ -423,31 +461,30 @@ static bool is_void(const struct reconstruct_job *job, int name) {
            (name == RESULT_RIGHT_PNG && job->compact != NULL);
 }
 
-/// Writes into the hidden directory.
+static int write_file(struct reconstruct_job *job, int name) {
+    char path[ATOMIC_DIR_PATH_BYTES];
+    job->caller->progress(job->caller->self, RECONSTRUCT_WORK_WRITE, "write", name, RESULT_FORMATS);
+    if (interrupt_requested()) {
+        return message_set(&job->message, ERROR_CANCELLED, "%s", interrupted);
+    }
+    if (!is_wanted(job, name) || is_void(job, name)) {
+        return ERROR_OK;
+    }
+    atomic_dir_file_path(&job->directory, result_formats[name].file_name, path);
+    const int error = job->program->writers[name](&job->context, path, &job->message);
+    if (error != ERROR_OK) {
+        atomic_dir_name_final(&job->directory, &job->message);
+    }
+    return error;
+}
+
+/// Writes into the hidden directory; last what may take the maps with it.
 static int write_results(struct reconstruct_job *job) {
-    const int simplified = simplify(job);
-    if (simplified != ERROR_OK) {
-        return simplified;
+    int error = simplify(job);
+    for (int i = 0; i < RESULT_FORMATS && error == ERROR_OK; i++) {
+        error = i == RESULT_COMPACT ? ERROR_OK : write_file(job, i);
     }
-    for (int i = 0; i < RESULT_FORMATS; i++) {
-        const struct result_format *format = &result_formats[i];
-        char path[ATOMIC_DIR_PATH_BYTES];
-        job->caller->progress(job->caller->self, RECONSTRUCT_WORK_WRITE, "write", i,
-                              RESULT_FORMATS);
-        if (interrupt_requested()) {
-            return message_set(&job->message, ERROR_CANCELLED, "%s", interrupted);
-        }
-        if (!is_wanted(job, i) || is_void(job, i)) {
-            continue;
-        }
-        atomic_dir_file_path(&job->directory, format->file_name, path);
-        const int error = job->program->writers[i](&job->context, path, &job->message);
-        if (error != ERROR_OK) {
-            atomic_dir_name_final(&job->directory, &job->message);
-            return error;
-        }
-    }
-    return ERROR_OK;
+    return error == ERROR_OK ? write_file(job, RESULT_COMPACT) : error;
 }
 
 /// Names of the results, of all that the program writes or of those that are wanted. Returns their

@@ -36,6 +36,10 @@ struct reconstruct_job {
     int files;
     uint64_t files_limit_bytes;
 
+    /// Only figures are read after the run, neither maps nor points: rows of the maps are freed as
+    /// surface.compact is written, which takes the memory for it.
+    bool frees_maps;
+
     struct reconstruct_context context;  // everything about the run, valid after it
     struct message message;              // reason of a failed run
 
@@ -50,6 +54,7 @@ struct reconstruct_job {
     struct workers *workers;
     void *memory;
     size_t memory_bytes;
+    int freed_rows;  // of the maps
     uint64_t start_us;
 };
 

@@ -22,9 +22,15 @@ static struct free_space need_of(const struct reconstruct_context *context,
                                  const struct reconstruct_program *program, const char *list,
                                  const struct rectify_plan *plan, bool mesh) {
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
-    struct free_space need = {.memory_bytes = reconstruct_need_bytes(
-                                  &context->left, &context->right, context->calibration, plan,
-                                  context->options, context->threads)};
+    const struct reconstruct_need memory =
+        reconstruct_needs(&context->left, &context->right, context->calibration, plan,
+                          context->options, context->threads);
+    struct free_space need = {.memory_bytes = memory.bytes,
+                              .freed_bytes = memory.bytes - memory.result_bytes};
+    if (context->rows_written != NULL &&
+        result_format_listed(list, result_formats[RESULT_COMPACT].file_name)) {
+        need.freed_bytes += memory.map_bytes;
+    }
     for (int i = 0; i < RESULT_FORMATS; i++) {
         const struct result_format *format = &result_formats[i];
         if (program->writers[i] != NULL && result_format_listed(list, format->file_name) &&

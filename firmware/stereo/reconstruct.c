@@ -207,10 +207,11 @@ static size_t maps_need_bytes(const struct rectify_plan *plan) {
     return 2 * arena_need_bytes(pixels, 1) + arena_need_bytes(pixels, sizeof(int32_t));
 }
 
-size_t reconstruct_need_bytes(const struct raw_image *left, const struct raw_image *right,
-                              const struct calibration *calibration,
-                              const struct rectify_plan *plan,
-                              const struct reconstruct_options *options, int threads) {
+struct reconstruct_need reconstruct_needs(const struct raw_image *left,
+                                          const struct raw_image *right,
+                                          const struct calibration *calibration,
+                                          const struct rectify_plan *plan,
+                                          const struct reconstruct_options *options, int threads) {
     const int width = plan->width_px;
     const int height = plan->height_px;
     const size_t valid = (size_t)width * (size_t)height;
@@ -227,17 +228,21 @@ size_t reconstruct_need_bytes(const struct raw_image *left, const struct raw_ima
                   arena_need_bytes((size_t)width * (size_t)in_colour, 3) +
                   arena_need_bytes((size_t)height, sizeof(struct rectify_span));
     }
+    const size_t surface =
+        surface_need_bytes(width, height, options->recompute_surface ? 0 : valid);
+    const size_t sigma = arena_need_bytes(valid, 1);
     size_t after = subpixel_need_bytes(width, threads) + row_residual_need_bytes() +
                    match_repeats_need_bytes(width, threads);
     after = larger(after, options->fill ? fill_need_bytes(width, height) : 0);
-    after =
-        larger(after, surface_need_bytes(width, height, options->recompute_surface ? 0 : valid));
-    after += arena_need_bytes(valid, 1);
+    after = sigma + larger(after, surface);
     const size_t before =
         has_rings(options)
             ? match.bytes + pictures_ahead_need_bytes(plan, calibration, match.rows_ahead)
             : larger(making, match.bytes);
-    return maps_need_bytes(plan) + images + larger(before, after);
+    const size_t maps = maps_need_bytes(plan);
+    return (struct reconstruct_need){.bytes = maps + images + larger(before, after),
+                                     .result_bytes = maps + images + sigma + surface,
+                                     .map_bytes = maps + sigma};
 }
 
 static void rows_of(void *self, enum match_wanted what, int begin, int end) {

@@ -21,13 +21,19 @@ struct reconstruct_options reconstruct_default_options(void);
 struct match_options reconstruct_match_options(const struct rectify_plan *plan,
                                                const struct reconstruct_options *options);
 
-/// Upper bound of the memory that `reconstruct_run` needs under `plan` for these raw images, of
-/// which only layout and bits are read. `plan` comes from `rectify_plan_make` with the same
-/// calibration.
-size_t reconstruct_need_bytes(const struct raw_image *left, const struct raw_image *right,
-                              const struct calibration *calibration,
-                              const struct rectify_plan *plan,
-                              const struct reconstruct_options *options, int threads);
+/// Upper bounds of the memory that `reconstruct_run` needs, of what of that the result takes, and
+/// what of that its maps.
+struct reconstruct_need {
+    size_t bytes, result_bytes, map_bytes;
+};
+
+/// The memory needed under `plan`, which comes from `rectify_plan_make` with the same calibration.
+/// Of the raw images only layout and bits are read.
+struct reconstruct_need reconstruct_needs(const struct raw_image *left,
+                                          const struct raw_image *right,
+                                          const struct calibration *calibration,
+                                          const struct rectify_plan *plan,
+                                          const struct reconstruct_options *options, int threads);
 
 /// Runs all stages. `plan` comes from `rectify_plan_make` with the same calibration.
 /// ERROR_SIZE_MISMATCH, ERROR_MEMORY, ERROR_CANCELLED, ERROR_NO_SURFACE (the result then holds

@@ -74,9 +74,11 @@ VergedRun run_verged(const Verged &setup, const VergedSetting &setting) {
         image[side] = {run.raw[side].data(), kVergedWidth,   kVergedHeight, kVergedWidth * channels,
                        kVergedBits,          setting.layout, nullptr,       nullptr};
     }
-    run.need_bytes =
-        reconstruct_need_bytes(&image[0], &image[1], &setup.calib, &plan, &setting.options,
-                               workers != nullptr ? workers->threads : 1);
+    const reconstruct_need need =
+        reconstruct_needs(&image[0], &image[1], &setup.calib, &plan, &setting.options,
+                          workers != nullptr ? workers->threads : 1);
+    run.need_bytes = need.bytes;
+    run.result_need_bytes = need.result_bytes;
     run.memory =
         std::make_unique<Memory>(setting.memory_bytes > 0 ? setting.memory_bytes : run.need_bytes);
     arena arena;
@@ -84,6 +86,7 @@ VergedRun run_verged(const Verged &setup, const VergedSetting &setting) {
     run.status = reconstruct_run(&image[0], &image[1], &setup.calib, &plan, &setting.options,
                                  &setting.environment, &arena, &run.result);
     run.peak_bytes = arena.peak_bytes;
+    run.result_bytes = arena.used_bytes;
     return run;
 }
 

@@ -38,13 +38,14 @@ struct VergedRun {
     reconstruct_result result{};
     int status = -99;
     size_t need_bytes = 0, peak_bytes = 0;
+    size_t result_need_bytes = 0, result_bytes = 0;
 };
 
 struct VergedSetting {
     reconstruct_options options = reconstruct_default_options();
     reconstruct_environment environment{};
     raw_layout layout = RAW_GREY;
-    size_t memory_bytes = 0;  // 0: the result of reconstruct_need_bytes
+    size_t memory_bytes = 0;  // 0: the result of reconstruct_needs
 };
 
 /// Plans and reconstructs; the caller checks `status`.

@@ -64,7 +64,8 @@ static void gather_row(struct writer *self, const struct reconstruct_result *res
     }
 }
 
-static void put_rows(struct writer *self, const struct reconstruct_result *result) {
+static void put_rows(struct writer *self, const struct reconstruct_context *context) {
+    const struct reconstruct_result *result = context->result;
     struct compact_band *band = &self->band;
     const int height = result->plan.height_px;
     for (int y = 0; y < height && self->file.error_number == 0;) {
@@ -79,6 +80,9 @@ static void put_rows(struct writer *self, const struct reconstruct_result *resul
             for (int byte = 0; byte < compact_forms[i].bytes; byte++) {
                 put_chunk(self, band->chunk[i][byte], band->used[i]);
             }
+        }
+        if (context->rows_written != NULL) {
+            context->rows_written(context->owner, y);
         }
     }
 }
@@ -105,7 +109,7 @@ static int write_all_of(struct writer *self, const struct reconstruct_context *c
     unsigned char crc[COMPACT_CRC_BYTES];
     const int error = put_head(self, context);
     if (error == ERROR_OK) {
-        put_rows(self, context->result);
+        put_rows(self, context);
         output_file_put_u32(crc, self->crc);
         output_file_write(&self->file, crc, sizeof crc);
     }

@@ -112,6 +112,11 @@ struct reconstruct_context {
     int warning_count;
     int notes_measured;  // the first so many are on the surface, the others on files made of it
 
+    /// Called by the writer of surface.compact, the last one: the rows above `rows` of the result's
+    /// maps are not read again. NULL: they may be.
+    void (*rows_written)(void *owner, int rows);
+    void *owner;
+
     int threads;
     uint64_t read_us;       // reading images and calibration
     uint64_t total_us;      // time until the end of the last stage, without writing

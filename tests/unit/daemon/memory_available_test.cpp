@@ -8,6 +8,7 @@
 #include <string>
 
 #include "daemon/base/memory.h"
+#include "daemon/files/free_space.h"
 #include "tests/scratch.hpp"
 
 namespace {
@@ -51,6 +52,24 @@ TEST_CASE("if the kernel does not state it, free memory counts, not all memory")
         CHECK(bytes + slack >= std::min(unused(before), unused(after)));
     }
     CHECK(memory_available_bytes() > 0);
+}
+
+TEST_CASE("files in memory may take what a job frees before it writes them") {
+    free_space available{};
+    available.memory_bytes = 30;
+    available.files_bytes = 20;
+    available.files_in_memory = true;
+    free_space need{};
+    need.memory_bytes = 25;
+    need.files_bytes = 12;
+    CHECK_FALSE(free_space_fits(&available, &need));
+    need.freed_bytes = 7;
+    CHECK(free_space_memory_bytes(&available, &need) == 30);
+    CHECK(free_space_fits(&available, &need));
+    need.freed_bytes = 25;
+    CHECK(free_space_memory_bytes(&available, &need) == 25);
+    need.files_bytes = 21;
+    CHECK_FALSE(free_space_fits(&available, &need));
 }
 
 }  // namespace

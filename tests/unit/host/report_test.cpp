@@ -42,7 +42,7 @@ struct flat_run {
         rectify_plan plan;
         REQUIRE(rectify_plan_make(&camera, &options.rectify, &plan) == ERROR_OK);
         const raw_image image = {pixels.data(), 96, 64, 96, 8, RAW_GREY, nullptr, nullptr};
-        memory.resize(reconstruct_need_bytes(&image, &image, &camera, &plan, &options, 1));
+        memory.resize(reconstruct_needs(&image, &image, &camera, &plan, &options, 1).bytes);
         arena_init(&lent, memory.data(), memory.size());
         const reconstruct_environment nothing{};
         error = reconstruct_run(&image, &image, &camera, &plan, &options, &nothing, &lent, &result);

@@ -315,6 +315,8 @@ TEST_CASE("a surface that is made again row by row is the one that is kept") {
     CHECK(again.peak_bytes < 0.52 * static_cast<double>(kept.peak_bytes));
     CHECK(again.peak_bytes <= again.need_bytes);
     CHECK(again.peak_bytes >= 0.98 * static_cast<double>(again.need_bytes));
+    CHECK(again.result_bytes <= again.result_need_bytes);
+    CHECK(again.result_bytes >= 0.98 * static_cast<double>(again.result_need_bytes));
     const reconstruct_result &result = again.result;
     CHECK(result.points == nullptr);
     CHECK(result.right_colour.data == nullptr);

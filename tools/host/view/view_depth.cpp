@@ -120,8 +120,9 @@ void view_depth_maker::state::prepare(const view_picture &picture, const view_de
         raw_image raw{};
         raw.bits = 8;
         raw.layout = RAW_GREY;
-        memory.resize(reconstruct_need_bytes(&raw, &raw, &rig, &plan, &options,
-                                             workers_parallel(pool)->threads));
+        memory.resize(
+            reconstruct_needs(&raw, &raw, &rig, &plan, &options, workers_parallel(pool)->threads)
+                .bytes);
         options.refine = now.refined;
     }
 }
