@@ -117,7 +117,7 @@ Grid<int> checked_reasons(Pair pair, const Search &search, int smoothing) {
     match_output output = {{disparity_q8.cells.data(), width, height, width},
                            {reason.cells.data(), width, height, width},
                            {confidence.cells.data(), width, height, width}};
-    const synthetic::Memory memory(match_check_blocks_need_bytes(width, 1));
+    const synthetic::Memory memory(match_check_blocks_need_bytes(width, height, 1));
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
     match_look look;
