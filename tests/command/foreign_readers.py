@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Third-party readers of PLY, PCD, glTF and MCAP, installed once into the user's cache.
+"""Third-party readers of PLY, PCD, glTF, MCAP and bags, installed once into the user's cache.
 
 Versions are pinned, so that a new release does not break a test.
 """
@@ -89,6 +89,8 @@ def recording_readers():
     import mcap.reader
     import mcap.writer
     import rosbags.highlevel
+    import rosbags.rosbag1
+    import rosbags.rosbag2
     import rosbags.typesys
     return rosbags, mcap
 

@@ -26,9 +26,10 @@ const command_argument options[] = {
     text_option("calibration", offsetof(request, calibration), "FILE",
                 "The cameras' calibration, of any format of \"vergence info\", or \"none\". "
                 "Default: that of the recording."),
-    text_option("topics", offsetof(request, topics), "LEFT,RIGHT",
-                "MCAP: the topics of the images. Default: the only two whose names differ by left "
-                "and right, infra1 and infra2, or cam0 and cam1."),
+    text_option(
+        "topics", offsetof(request, topics), "LEFT,RIGHT",
+        "MCAP, bags: the topics of the images. Default: the only two whose names differ by left "
+        "and right, infra1 and infra2, or cam0 and cam1."),
     flag_option("side-by-side", offsetof(request, side_by_side),
                 "An image, a directory of images or a video (by the program ffmpeg) has both views "
                 "in its halves, the left one on the left, as ZED and StereoPi record them."),
@@ -51,8 +52,9 @@ const option_page page_of_command = {
     "take pairs that another program recorded into a session",
     "Reads RECORDING and writes its stereo pairs, with their times and calibration, as a session "
     "that \"vergence reconstruct\", \"view\", \"info\" and \"export\" take. RECORDING is\n"
-    "an MCAP file of ROS 2, or a directory with some: sensor_msgs/Image or CompressedImage of two "
-    "topics, and camera_info beside them;\n"
+    "an MCAP file or a bag of ROS 1, or a directory with some: sensor_msgs/Image or "
+    "CompressedImage of two topics, and camera_info beside them (of a bag that was not closed, "
+    "FILE.bag.active, what is whole);\n"
     "a directory of EuRoC or TUM VI (mav0/cam0/data), of KITTI (image_02/data, image_2), or with "
     "folders left and right, whose images have equal names, or times in seconds or nanoseconds as "
     "names;\n"
@@ -61,6 +63,7 @@ const option_page page_of_command = {
     "no pairs in it, no calibration, or damaged.",
     "vergence export files/scene --calibration rig.txt --mcap scene.mcap\n"
     "vergence import scene.mcap --out drive\n"
+    "vergence import corridor.bag --out corridor\n"
     "vergence import scene.mcap --topics /left/image_raw,/right/image_raw --every 20 --out few\n"
     "vergence import zed.png --side-by-side --calibration rig.txt --out zed",
     options,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bytes of MCAP's records and of ROS 2's messages: little-endian numbers. Messages (CDR, XCDR1)
-/// align each number to its size, counted from behind their four bytes of encapsulation; records do
-/// not. Sources: https://mcap.dev/spec; OMG DDS-XTypes 1.3, section 7.4.1.
+/// Bytes of records and messages of recordings: little-endian numbers. Messages of ROS 2 (CDR,
+/// XCDR1) align each number to its size, counted from behind their four bytes of encapsulation;
+/// records and messages of ROS 1 do not. Sources: https://mcap.dev/spec; OMG DDS-XTypes 1.3,
+/// section 7.4.1.
 #ifndef VERGENCE_TOOLS_HOST_RECORDINGS_LITTLE_ENDIAN_HPP
 #define VERGENCE_TOOLS_HOST_RECORDINGS_LITTLE_ENDIAN_HPP
 
@@ -129,6 +130,7 @@ class byte_reader {
     }
     void skip(size_t count) { take(count); }
     size_t left() const { return length_ - at_; }
+    bool cdr() const { return cdr_; }
 
   private:
     const char *data_;

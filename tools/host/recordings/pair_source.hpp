@@ -50,8 +50,9 @@ struct pair_source_request {
     double tolerance_s = 0.005;  // between the times of a pair's images
 };
 
-std::unique_ptr<pair_source> pair_source_mcap(const pair_source_request &request,
-                                              const std::vector<std::string> &files);
+/// Files of MCAP or bags of ROS 1.
+std::unique_ptr<pair_source> pair_source_ros(const pair_source_request &request,
+                                             const std::vector<std::string> &files);
 /// A directory of EuRoC, of KITTI, or with two folders of images.
 std::unique_ptr<pair_source> pair_source_folder(const pair_source_request &request);
 /// An image, a directory of images, or a video, whose halves are the pair.

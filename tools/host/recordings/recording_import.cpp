@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 
 #include "core/error.h"
@@ -28,27 +29,23 @@ bool has_ending(const std::string &text, const std::string &ending) {
            text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
 }
 
-/// MCAP files of a directory by name; what else of ROS is in it is refused.
-std::vector<std::string> mcap_files(const std::string &directory) {
+/// ROS's recordings in a directory, the tenth behind the ninth.
+std::vector<std::string> recording_files(const std::string &directory) {
     std::vector<std::string> files;
     DIR *const stream = opendir(directory.c_str());
     while (const dirent *const entry = stream != nullptr ? readdir(stream) : nullptr) {
-        if (has_ending(entry->d_name, ".mcap")) {
-            files.push_back(directory + "/" + entry->d_name);
-        } else if (has_ending(entry->d_name, ".db3")) {
-            const std::string name = entry->d_name;
-            closedir(stream);
-            throw import_failure{
-                ERROR_UNSUPPORTED,
-                directory + "/" + name +
-                    ": is not MCAP (convert it: ros2 bag convert, with storage_id: "
-                    "mcap)"};
+        for (const char *const ending : {".mcap", ".bag", ".bag.active", ".db3"}) {
+            if (has_ending(entry->d_name, ending)) {
+                files.push_back(directory + "/" + entry->d_name);
+            }
         }
     }
     if (stream != nullptr) {
         closedir(stream);
     }
-    std::sort(files.begin(), files.end());
+    std::sort(files.begin(), files.end(), [](const std::string &a, const std::string &b) {
+        return strverscmp(a.c_str(), b.c_str()) < 0;
+    });
     return files;
 }
 
@@ -71,16 +68,10 @@ std::unique_ptr<pair_source> open_source(const pair_source_request &from) {
             throw import_failure{ERROR_ARGUMENT, why.text};
         }
         std::fclose(file);
-        if (has_ending(from.path, ".bag")) {
-            throw import_failure{ERROR_UNSUPPORTED,
-                                 from.path +
-                                     ": is a recording of ROS 1 (convert it: mcap convert, "
-                                     "or rosbags-convert)"};
-        }
-        return pair_source_mcap(from, {from.path});
+        return pair_source_ros(from, {from.path});
     }
-    const std::vector<std::string> files = mcap_files(from.path);
-    return files.empty() ? pair_source_folder(from) : pair_source_mcap(from, files);
+    const std::vector<std::string> files = recording_files(from.path);
+    return files.empty() ? pair_source_folder(from) : pair_source_ros(from, files);
 }
 
 /// A session being written; removed unless it was ended.

@@ -81,6 +81,9 @@ void put_region(uint32_t x_px, uint32_t y_px, uint32_t height_px, uint32_t width
 
 ros_header take_header(byte_reader *in) {
     ros_header header;
+    if (!in->cdr()) {
+        in->u32();  // seq
+    }
     header.time_ns = in->u32() * second_ns;
     header.time_ns += in->u32();
     header.frame = in->text();

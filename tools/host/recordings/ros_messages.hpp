@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ROS 2's messages of cameras and stereo: their definitions, printed and parsed as CDR. Source:
+/// ROS 2's messages of cameras and stereo: their definitions, printed as CDR; parsed, as of ROS 1,
+/// whose fields are the same but for a number that each header begins with. Source:
 /// https://github.com/ros2/common_interfaces (humble); REP 2008 for the layout of definitions.
 #ifndef VERGENCE_TOOLS_HOST_RECORDINGS_ROS_MESSAGES_HPP
 #define VERGENCE_TOOLS_HOST_RECORDINGS_ROS_MESSAGES_HPP

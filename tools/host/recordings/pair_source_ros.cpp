@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pair of topics of an MCAP file, or of the files of a recording of ROS 2 one after the other.
+// A pair of topics of a recording of ROS, or of the files of one, one after the other.
 #include <algorithm>
 #include <cstring>
 #include <deque>
@@ -9,8 +9,8 @@
 #include "core/error.h"
 #include "daemon/base/raw_memory.h"
 #include "tools/host/convert/calibration_file.hpp"
-#include "tools/host/recordings/mcap_reader.hpp"
 #include "tools/host/recordings/pair_source.hpp"
+#include "tools/host/recordings/recording_open.hpp"
 #include "tools/host/recordings/ros_messages.hpp"
 
 namespace {
@@ -18,7 +18,7 @@ namespace {
 constexpr size_t waiting_max = 64;  // messages of one side that wait for their partner
 const std::string compressed_suffix = "/compressed";
 
-bool is_image(const mcap_channel &channel) {
+bool is_image(const recording_channel &channel) {
     return channel.type == ros_image_type.name || channel.type == ros_compressed_image_type.name;
 }
 
@@ -186,12 +186,12 @@ std::string info_text(const ros_camera_info &info) {
            ", y_offset: " + std::to_string(info.roi_y_px) + "}\n";
 }
 
-class mcap_source : public pair_source {
+class ros_source : public pair_source {
   public:
-    mcap_source(const pair_source_request &request, const std::vector<std::string> &files)
+    ros_source(const pair_source_request &request, const std::vector<std::string> &files)
         : tolerance_ns_(static_cast<uint64_t>(request.tolerance_s * 1e9)), path_(request.path) {
         for (const std::string &file : files) {
-            readers_.emplace_back(file);
+            readers_.push_back(recording_open(file));
         }
         choose(request.topics);
     }
@@ -202,16 +202,17 @@ class mcap_source : public pair_source {
   private:
     void choose(const std::string &wanted);
     std::vector<std::string> image_topics() const;
-    bool read(mcap_message *message);
-    int info_side(const mcap_channel &channel) const;
+    bool read(recording_message *message);
+    int info_side(const recording_channel &channel) const;
     std::vector<import_file> read_infos();
     bool match(recorded_pair *pair);
-    void keep(const mcap_message &message);
+    void keep(const recording_message &message);
 
     template <class Message>
-    Message parsed(Message (*parse)(byte_reader), const mcap_message &message) const {
+    Message parsed(Message (*parse)(byte_reader), const recording_message &message) const {
         try {
-            return parse(byte_reader(message.data, message.bytes, true));
+            return parse(
+                byte_reader(message.data, message.bytes, message.channel->encoding == "cdr"));
         } catch (const std::runtime_error &error) {
             throw import_failure{ERROR_SYNTAX, path_ + ", " + message.channel->topic +
                                                    ": a message " + error.what()};
@@ -220,15 +221,15 @@ class mcap_source : public pair_source {
 
     uint64_t tolerance_ns_;
     std::string path_, topics_[2];
-    std::deque<mcap_reader> readers_;
+    std::vector<std::unique_ptr<recording_reader>> readers_;
     size_t reading_ = 0;
     std::deque<ros_image> waiting_[2];
 };
 
-std::vector<std::string> mcap_source::image_topics() const {
+std::vector<std::string> ros_source::image_topics() const {
     std::vector<std::string> all;
-    for (const mcap_reader &reader : readers_) {
-        for (const auto &channel : reader.channels()) {
+    for (const auto &reader : readers_) {
+        for (const auto &channel : reader->channels()) {
             const std::string &topic = channel.second.topic;
             if (is_image(channel.second) && std::find(all.begin(), all.end(), topic) == all.end()) {
                 all.push_back(topic);
@@ -240,7 +241,7 @@ std::vector<std::string> mcap_source::image_topics() const {
 }
 
 /// The topics that the user names, or the only pair of them.
-void mcap_source::choose(const std::string &wanted) {
+void ros_source::choose(const std::string &wanted) {
     const std::vector<std::string> all = image_topics();
     std::string list;
     for (const std::string &topic : all) {
@@ -276,10 +277,11 @@ void mcap_source::choose(const std::string &wanted) {
 }
 
 /// The next message of any topic.
-bool mcap_source::read(mcap_message *message) {
+bool ros_source::read(recording_message *message) {
     while (reading_ < readers_.size()) {
-        if (readers_[reading_].next(message)) {
-            if (message->channel->encoding != "cdr") {
+        if (readers_[reading_]->next(message)) {
+            const std::string &encoding = message->channel->encoding;
+            if (encoding != "cdr" && encoding != "ros1") {
                 continue;
             }
             return true;
@@ -290,7 +292,7 @@ bool mcap_source::read(mcap_message *message) {
 }
 
 /// The side of a camera_info's topic; -1: of none.
-int mcap_source::info_side(const mcap_channel &channel) const {
+int ros_source::info_side(const recording_channel &channel) const {
     for (int side = 0; side < 2; side++) {
         if (channel.topic == info_topic(topics_[side]) &&
             channel.type == ros_camera_info_type.name) {
@@ -301,9 +303,9 @@ int mcap_source::info_side(const mcap_channel &channel) const {
 }
 
 /// The first camera_info of each side as files; one without text: there is none.
-std::vector<import_file> mcap_source::read_infos() {
+std::vector<import_file> ros_source::read_infos() {
     std::vector<import_file> files(2);
-    mcap_message message{};
+    recording_message message{};
     while ((files[0].text.empty() || files[1].text.empty()) && read(&message)) {
         const int side = info_side(*message.channel);
         if (side < 0) {
@@ -313,14 +315,14 @@ std::vector<import_file> mcap_source::read_infos() {
         file.path = path_ + ", " + message.channel->topic;
         file.text = info_text(parsed(ros_parse_camera_info, message));
     }
-    for (mcap_reader &reader : readers_) {
-        reader.rewind();
+    for (const auto &reader : readers_) {
+        reader->rewind();
     }
     reading_ = 0;
     return files;
 }
 
-bool mcap_source::calibrate(const import_options &options, calibration *value, std::string *where) {
+bool ros_source::calibrate(const import_options &options, calibration *value, std::string *where) {
     const std::vector<import_file> files = read_infos();
     *where = path_ + " has no " + info_topic(topics_[files[0].text.empty() ? 0 : 1]);
     if (files[0].text.empty() || files[1].text.empty()) {
@@ -337,7 +339,7 @@ bool mcap_source::calibrate(const import_options &options, calibration *value, s
 }
 
 /// Takes a pair from the waiting images; false: more must be read.
-bool mcap_source::match(recorded_pair *pair) {
+bool ros_source::match(recorded_pair *pair) {
     while (!waiting_[0].empty() && !waiting_[1].empty()) {
         const uint64_t time_ns[2] = {waiting_[0].front().header.time_ns,
                                      waiting_[1].front().header.time_ns};
@@ -361,7 +363,7 @@ bool mcap_source::match(recorded_pair *pair) {
 }
 
 /// Puts an image to those that wait for their partner.
-void mcap_source::keep(const mcap_message &message) {
+void ros_source::keep(const recording_message &message) {
     for (size_t side = 0; side < 2; side++) {
         if (message.channel->topic == topics_[side] && is_image(*message.channel)) {
             waiting_[side].push_back(parsed(message.channel->type == ros_image_type.name
@@ -375,8 +377,8 @@ void mcap_source::keep(const mcap_message &message) {
     }
 }
 
-bool mcap_source::next(recorded_pair *pair) {
-    mcap_message message{};
+bool ros_source::next(recorded_pair *pair) {
+    recording_message message{};
     while (!match(pair)) {
         if (!read(&message)) {
             return false;
@@ -388,7 +390,7 @@ bool mcap_source::next(recorded_pair *pair) {
 
 }  // namespace
 
-std::unique_ptr<pair_source> pair_source_mcap(const pair_source_request &request,
-                                              const std::vector<std::string> &files) {
-    return std::make_unique<mcap_source>(request, files);
+std::unique_ptr<pair_source> pair_source_ros(const pair_source_request &request,
+                                             const std::vector<std::string> &files) {
+    return std::make_unique<ros_source>(request, files);
 }

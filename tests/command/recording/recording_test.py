@@ -1,34 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings of other programs: sessions as MCAP files that independent readers take, and MCAP files
-of independent writers, data sets and side-by-side images and videos as sessions."""
+"""Sessions as MCAP files that independent readers take; data sets, side-by-side images and videos as
+sessions."""
 import json
-import os
 import shutil
 import unittest
 
 import cv2
 import numpy
 
-from foreign_readers import recording_readers
-from pairs import BASELINE_MM, FOCAL_PX, HEIGHT, VERGENCE, WIDTH, Fixture, grey, make_pair, run
+from pairs import BASELINE_MM, FOCAL_PX, HEIGHT, VERGENCE, WIDTH, grey, make_pair, run
 from recorded import Session
+from recordings import DATE_NS, SECOND_NS, Imports, Recordings
 
 AXES = ("4805,6736:8,8640:8,1600:8", "4795,6736:8,8640:8,1600:8")
 INSTRUMENT = ("left_camera=A1 right_camera=B2 left_servo=4800,9600 right_servo=4800,9600 "
               "pan_repeatability_urad=100 lens_repeatability_counts=1 lens_zoom_ppm=100")
-SECOND_NS = 10**9
-DATE_NS = 1795305600 * SECOND_NS  # that of recorded.Session
-
-
-def frames_of(session):
-    """The images of each pair, by its index."""
-    pairs = []
-    for line in (session / "session.index").read_text().splitlines():
-        words = dict(word.split("=", 1) for word in line.split()[1:] if "=" in word)
-        if line.startswith("pair "):
-            pairs.append([cv2.imread(str(session / f"frame-{words[f'{side}_frame']}.pnm"),
-                                     cv2.IMREAD_UNCHANGED) for side in ("left", "right")])
-    return pairs
 
 
 def rotation(quaternion):
@@ -37,19 +23,7 @@ def rotation(quaternion):
     return numpy.eye(3) + 2 * w * cross + 2 * cross @ cross
 
 
-class Recordings(Fixture):
-    @classmethod
-    def setUpClass(cls):
-        try:
-            cls.rosbags, cls.mcap = recording_readers()
-        except RuntimeError as error:
-            raise unittest.SkipTest(f"no rosbags and mcap of PyPI: {str(error).splitlines()[0]}")
-
-    def setUp(self):
-        super().setUp()
-        self.file = self.directory / "out.mcap"
-        self.types = self.rosbags.typesys.get_typestore(self.rosbags.typesys.Stores.ROS2_HUMBLE)
-
+class Export(Recordings):
     def make_session(self, pairs=3, colour=False, calibrated=True):
         session, made = Session(self.directory / "views", instrument=INSTRUMENT), []
         if calibrated:
@@ -75,61 +49,6 @@ class Recordings(Fixture):
                 found.setdefault(connection.topic, []).append(
                     (time_ns, connection.msgtype, reader.deserialize(raw, connection.msgtype)))
         return found
-
-    def take(self, *arguments):
-        done = run("import", *arguments, "--out", self.out)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return frames_of(self.out)
-
-    def refused(self, words, *arguments, code=3):
-        self.assert_refused(run("import", *arguments, "--out", self.out), code, *words)
-
-    def write_mcap(self, images, info=True, compressed=False, right_shift_ns=0,
-                   topics=("/left/image_raw", "/right/image_raw"), compression=None, crcs=True):
-        """An MCAP file by the writer of the package mcap, with messages by rosbags."""
-        types = self.types.types
-        header, time = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
-        region = types["sensor_msgs/msg/RegionOfInterest"]
-        Compression = self.mcap.writer.CompressionType
-        with open(self.file, "wb") as stream:
-            writer = self.mcap.writer.Writer(
-                stream, compression=compression or Compression.NONE, enable_crcs=crcs)
-            writer.start(profile="ros2", library="test")
-            channels = {}
-
-            def put(topic, name, message, at_ns):
-                if topic not in channels:
-                    text, _ = self.types.generate_msgdef(name, ros_version=2)
-                    schema = writer.register_schema(name, "ros2msg", text.encode())
-                    channels[topic] = writer.register_channel(topic, "cdr", schema)
-                writer.add_message(channels[topic], at_ns,
-                                   bytes(self.types.serialize_cdr(message, name)), at_ns)
-
-            for number, pair in enumerate(images):
-                for side, (topic, image) in enumerate(zip(topics, pair)):
-                    at_ns = DATE_NS + number * SECOND_NS // 10 + side * right_shift_ns
-                    head = header(time(at_ns // SECOND_NS, at_ns % SECOND_NS), "camera")
-                    height, width = image.shape[:2]
-                    if info:
-                        K = numpy.array([FOCAL_PX, 0, (WIDTH - 1) / 2, 0, FOCAL_PX,
-                                         (HEIGHT - 1) / 2, 0, 0, 1])
-                        P = numpy.insert(K, [3, 6, 9], 0.0)
-                        P[3] = -FOCAL_PX * BASELINE_MM / 1000 * side
-                        put(topic.rsplit("/", 1)[0] + "/camera_info", "sensor_msgs/msg/CameraInfo",
-                            types["sensor_msgs/msg/CameraInfo"](
-                                head, height, width, "plumb_bob", numpy.zeros(5), K,
-                                numpy.eye(3).ravel(), P, 0, 0, region(0, 0, 0, 0, False)), at_ns)
-                    if compressed:
-                        data = cv2.imencode(".png", image)[1].ravel()
-                        put(topic + "/compressed", "sensor_msgs/msg/CompressedImage",
-                            types["sensor_msgs/msg/CompressedImage"](head, "png", data), at_ns)
-                    else:
-                        kind = "mono16" if image.dtype.itemsize == 2 else \
-                            "bgr8" if image.ndim == 3 else "mono8"
-                        put(topic, "sensor_msgs/msg/Image", types["sensor_msgs/msg/Image"](
-                            head, height, width, kind, 0, image.strides[0],
-                            image.ravel().view(numpy.uint8)), at_ns)
-            writer.finish()
 
     def test_a_session_as_independent_readers_see_it(self):
         session, made = self.make_session()
@@ -213,81 +132,9 @@ class Recordings(Fixture):
         self.assertTrue(numpy.array_equal(taken[1], images[1]))
         self.assertIn("left_bits=10 left_layout=grbg", (self.out / "session.index").read_text())
 
-    def test_recordings_of_another_writer(self):
-        colour = [make_pair(seed=number)[:2] for number in range(4)]
-        wide = [[grey(image).astype(numpy.uint16) * 257 for image in pair] for pair in colour]
-        Compression = self.mcap.writer.CompressionType
-        for images, options in ((colour, {}), (wide, {}), (colour, {"compressed": True}),
-                                (colour, {"compression": Compression.ZSTD})):
-            self.write_mcap(images, right_shift_ns=2000000, **options)
-            taken = self.take(self.file, "--every", 2)
-            self.assertEqual(len(taken), 2)
-            for pair, wanted in zip(taken, images[::2]):
-                self.assertTrue(numpy.array_equal(pair[1], wanted[1]))
-            index = (self.out / "session.index").read_text()
-            self.assertIn("skew_us=2000 ", index)
-            self.assertIn("date=2026-11-22T00:00:00Z", index)
-            shutil.rmtree(self.out)
-        self.write_mcap(colour, topics=("/a/image", "/b/image"))
-        self.assertEqual(len(self.take(self.file, "--topics", "/a/image,/b/image")), 4)
 
-    def test_what_is_wrong_with_a_recording(self):
-        images = [[grey(image) for image in make_pair(seed=number)[:2]] for number in range(2)]
-        self.write_mcap(images)
-        whole = self.file.read_bytes()
-        self.refused(["/nowhere"], self.directory / "nowhere")
-        self.refused(["no images of the topic \"/x\"", "/left/image_raw"], self.file, "--topics",
-                     "/x,/y")
-        empty = self.directory / "empty"
-        empty.mkdir()
-        self.refused(["not a recording"], empty)
-        for bytes_left in (len(whole) - 1, len(whole) // 2, 40, 8):
-            self.file.write_bytes(whole[:bytes_left])
-            self.refused(["truncated"], self.file)
-        self.file.write_bytes(b"x" + whole)
-        self.refused(["is not an MCAP file"], self.file)
-        at = whole.index(images[0][0].tobytes()[:64]) + 9
-        self.file.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1:])
-        self.refused(["damaged", "checksum"], self.file)
-        self.write_mcap(images, right_shift_ns=20000000)
-        self.refused(["no pair of images"], self.file)
-        self.write_mcap(images, info=False)
-        self.refused(["no calibration", "/left/camera_info", "--calibration"], self.file)
-        self.assertEqual(len(self.take(self.file, "--calibration", "none")), 2)
-        shutil.rmtree(self.out)
-        self.write_mcap([images[0], (images[1][0], images[1][1][:-2])], info=False)
-        self.refused(["different sizes", "240x158"], self.file, "--calibration", "none")
-        self.write_mcap(images)
-        self.refused(["the calibration is for 100x80"], self.file, "--calibration",
-                     self.calibration_text(100, 80))
-        self.write_mcap(images, compression=self.mcap.writer.CompressionType.LZ4)
-        self.refused(["lz4"], self.file)
-
-    def test_random_damage_ends_in_one_line(self):
-        seed = int(os.environ.get("VERGENCE_SEED", "20261129"))
-        print("seed", seed)
-        random = numpy.random.default_rng(seed)
-        # Without checksums, so that damaged messages are parsed, too.
-        self.write_mcap([[grey(image)[:8, :12] for image in make_pair()[:2]]], crcs=False,
-                        compressed=bool(seed % 2))
-        whole = self.file.read_bytes()
-        for _ in range(60):
-            data = bytearray(whole)
-            for at in random.integers(8, len(data), 4):
-                data[at] = random.integers(0, 256)
-            self.file.write_bytes(data)
-            done = run("import", self.file, "--out", self.out)
-            self.assertIn(done.returncode, (0, 1, 3), done.stderr)
-            if done.returncode == 0:
-                shutil.rmtree(self.out)
-            else:
-                self.assert_refused(done, done.returncode)
-
-
-class Folders(Fixture):
+class Folders(Imports):
     """Without any package of others."""
-
-    take, refused = Recordings.take, Recordings.refused
 
     def test_data_sets(self):
         pairs = [[grey(image) for image in make_pair(seed=number)[:2]] for number in range(3)]
