@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -318,6 +319,16 @@ class OnWebcams(Page, DeviceTest):
                                   text=True, timeout=TIMEOUT_S, cwd=self.folder)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (expected, 1), done.stderr)
             self.assertEqual("neither a recorded session nor" in done.stderr, words[0].endswith("absent"))
+
+    def test_a_daemon_that_refuses_is_quoted(self):
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            view = subprocess.Popen(
+                [VERGENCE, "view", f"tcp:127.0.0.1:{server.getsockname()[1]}", "--no-browser"],
+                stderr=subprocess.PIPE, text=True, cwd=self.folder)
+            with server.accept()[0] as line:
+                line.sendall(b"ERR REFUSED no token\n")
+                said = view.communicate(timeout=TIMEOUT_S)[1]
+        self.assertEqual((view.returncode, said), (3, "vergence view: ERR REFUSED no token\n"))
 
 
 if __name__ == "__main__":

@@ -29,7 +29,6 @@ class connection {
     connection() {
         remote_.line.fd = -1;
         remote_.extra_fd = -1;
-        remote_.json = true;
     }
     ~connection() {
         cJSON_Delete(remote_.answer);
@@ -54,6 +53,7 @@ class connection {
         };
         code = remote_greet(&remote_, keep, &rejection, &last_error);
         *error = code < 0 ? last_error.text : rejection;
+        remote_.json = true;
         return code == 0;
     }
 
