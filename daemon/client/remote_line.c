@@ -129,6 +129,10 @@ static int open_serial(const char *endpoint, struct message *message) {
     uint32_t baud = SERIAL_BAUD;
     const char *colon = strrchr(endpoint, ':');
     const size_t length = colon != NULL ? (size_t)(colon - endpoint) : strlen(endpoint);
+    if (length == 0) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "invalid address \"serial:%s\" (expected serial:DEVICE)", endpoint);
+    }
     if (length >= sizeof device) {
         return message_set(message, ERROR_ARGUMENT, "serial:%s: name too long", endpoint);
     }

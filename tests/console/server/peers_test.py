@@ -261,7 +261,9 @@ class Peers(DaemonTest):
                  'put "--json" between ADDRESS and the command'),
                 (["--connect", "unix:/x", "pan", "left", "--keep-going"],
                  'put "--keep-going" between ADDRESS and the command'),
-                (["--connect", "unix:", "status"], 'invalid address "unix:" (expected unix:PATH)')):
+                (["--connect", "unix:", "status"], 'invalid address "unix:" (expected unix:PATH)'),
+                (["--connect", "serial:", "status"],
+                 'invalid address "serial:" (expected serial:DEVICE)')):
             done = subprocess.run([VERGENCE, *words], capture_output=True, text=True,
                                   timeout=TIMEOUT_S, stdin=subprocess.DEVNULL)
             self.assertEqual((done.returncode, done.stdout, done.stderr),
