@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "core/error.h"
+#include "daemon/base/memory.h"
 #include "daemon/base/process.h"
 #include "daemon/cli/options.h"
 #include "daemon/cli/progress.h"
@@ -110,6 +111,7 @@ int reconstruct_command_run(const struct reconstruct_program *program, int argc,
         caller.source = &session;
     }
     interrupt_catch();
+    memory_return_freed();
     if (request.all) {
         return exit_code_of(reconstruct_all_run(program, &request, &caller, &session, &progress));
     }
