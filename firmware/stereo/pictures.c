@@ -9,7 +9,7 @@
 #include "core/invariant.h"
 
 enum {
-    CHUNK_ROWS = 16,  // made together: shared by the threads
+    CHUNK_ROWS = 8,   // made together: shared by the threads
     MORE_ROWS = 16,   // raw rows developed ahead, so that they are seldom moved
 };
 

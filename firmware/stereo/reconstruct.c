@@ -21,7 +21,7 @@ enum {
     // leave up to 7 % (measured); matching pairs more than 85 %.
     SURFACE_SHARE = 10,
     RECTIFY_ROWS = 64,  // rows between two reports of progress
-    LOOK_ROWS = 32,     // rows of the last look at both images
+    LOOK_ROWS = 16,     // rows of the last look at both images
     // Rows of the images that the last look needs above those that are new.
     LOOK_ABOVE_ROWS = 2 * ROW_RESIDUAL_AROUND,
     OUTPUT_ROWS = 64,  // of the left picture in colour in memory for who asks for its rows

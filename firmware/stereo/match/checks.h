@@ -18,7 +18,7 @@ extern "C" {
 
 enum {
     DISPARITY_ONE = 256,    // disparities are in 1/256 px
-    CHECKS_ROWS_KEPT = 64,  // rows that a step after matching asks for at once, at most
+    CHECKS_ROWS_KEPT = 38,  // rows that a step after matching asks for at once, at most
 };
 
 /// Counts memory, and takes it if there is an arena: a size is stated once.
