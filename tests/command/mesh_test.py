@@ -253,6 +253,13 @@ class Compact(pairs.Fixture):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(compact.read_bytes(), before)
 
+    def test_info_names_what_makes_a_result(self):
+        self.reconstruct()
+        for option in ([], ["--depth", "10,10"]):
+            done = pairs.run("info", self.out / "surface.compact", *option)
+            self.assertEqual(done.returncode, 3)
+            self.assertIn('a compact surface ("vergence reconstruct', done.stderr)
+
     def test_options_of_measuring_are_refused(self):
         self.reconstruct()
         compact = self.out / "surface.compact"

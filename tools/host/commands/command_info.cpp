@@ -144,15 +144,30 @@ bool exists(const std::string &path) {
 
 using reader = bool (*)(const std::string &, info_page *, std::string *);
 
+bool refuse_compact(const std::string &path, info_page *, std::string *message) {
+    *message = path + ": a compact surface (\"vergence reconstruct " + path +
+               " --out DIR\" makes the result that is explained here)";
+    return false;
+}
+
 /// The reader for a result file, by its first bytes; null: it must be a calibration.
 reader reader_for(const std::string &path) {
     static const struct {
         const char *magic;
         reader read;
-    } kinds[] = {{"ply\n", info_ply},  {"ply\r", info_ply},     {"glTF", info_glb},
-                 {"# .PCD", info_pcd}, {"VERSION ", info_pcd},  {"Pf\n", info_map},
-                 {"PF\n", info_map},   {"\x89PNG", info_image}, {"P5", info_image},
-                 {"P6", info_image},   {"P2\n", info_image},    {"P3\n", info_image}};
+    } kinds[] = {{"ply\n", info_ply},
+                 {"ply\r", info_ply},
+                 {"glTF", info_glb},
+                 {"# .PCD", info_pcd},
+                 {"VERSION ", info_pcd},
+                 {"Pf\n", info_map},
+                 {"PF\n", info_map},
+                 {"\x89PNG", info_image},
+                 {"P5", info_image},
+                 {"P6", info_image},
+                 {"P2\n", info_image},
+                 {"P3\n", info_image},
+                 {"vergence compact surface ", refuse_compact}};
     const std::string head = info_head(path);
     for (const auto &kind : kinds) {
         if (head.compare(0, std::strlen(kind.magic), kind.magic) == 0) {
@@ -321,6 +336,9 @@ bool read_calibration(const std::string &path, const request &asked, info_page *
 
 bool read_lengths(const std::string &path, reader read, const request &asked, info_page *page,
                   std::string *message) {
+    if (read == refuse_compact) {
+        return read(path, page, message);
+    }
     if (read != info_result || asked.at != nullptr || asked.convert != nullptr) {
         *message = path + (access(path.c_str(), F_OK) != 0
                                ? std::string(": ") + std::strerror(errno)
