@@ -26,9 +26,6 @@ struct message {
 int message_set(struct message *message, int code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/// The UTF-8 character (RFC 3629) at the start of a text; returns its length, 0: not valid UTF-8.
-size_t utf8_character(const char *text, uint32_t *character);
-
 /// Prints a text; each byte of a control character (including U+0080 to U+009F) and each byte that
 /// is not UTF-8 is printed as \xHH; control characters include those of the direction of writing.
 void printable_print(FILE *file, const char *text);
@@ -36,9 +33,6 @@ void printable_print(FILE *file, const char *text);
 /// Prints a line of JSON, which stays valid: control characters as \uHHHH, white space between
 /// values as spaces, other bytes unchanged.
 void printable_print_json(FILE *file, const char *text);
-
-/// Copies as much of a text as fits into `bytes`, with ? in place of each such byte.
-void printable_copy(const char *text, char *to, size_t bytes);
 
 #ifdef __cplusplus
 }

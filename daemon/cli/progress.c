@@ -8,12 +8,9 @@
 #include <unistd.h>
 
 #include "core/invariant.h"
-#include "daemon/base/message.h"
 #include "daemon/base/monotonic.h"
 
 enum {
-    CELLS_MAX = 40,
-    FRAME = 9,        // columns of a bar besides its text and cells
     STAGE_TEXT = 14,  // the longest name of a stage
     PARTS = 1000,     // resolution of the bar of a whole run
     REDRAW_US = 100000,
@@ -25,30 +22,20 @@ size_t screen_columns(int fd) {
     return known ? size.ws_col : SCREEN_COLUMNS;
 }
 
-int progress_draw(FILE *file, size_t columns, int text, const char *what, uint64_t done,
-                  uint64_t total) {
-    INVARIANT(total > 0 && text > 0 && text <= PROGRESS_TEXT_MAX);
-    // A bar that reached the last column would wrap and be drawn repeatedly.
-    const int room = columns > FRAME + 4 ? (int)columns - 1 - FRAME : 3;
-    const int shown = text < room * 3 / 4 ? text : room * 3 / 4;
-    const int cells = room - shown < CELLS_MAX ? room - shown : CELLS_MAX;
-    const uint64_t reached = done < total ? done : total;
-    char name[PROGRESS_TEXT_MAX + 1];
-    char bar[CELLS_MAX + 1];
-    printable_copy(what, name, sizeof name);
-    memset(bar, '.', sizeof bar);
-    memset(bar, '#', (size_t)(reached * (uint64_t)cells / total));
-    fprintf(file, "\r%-*.*s [%.*s] %3d %%", shown, shown, name, cells, bar,
-            (int)(reached * 100 / total));
-    fflush(file);
-    return shown + cells + FRAME;
+int progress_draw(int text_columns, const char *what, uint64_t done, uint64_t total) {
+    char bar[PROGRESS_BAR_BYTES];
+    const size_t columns = screen_columns(STDERR_FILENO);
+    const int width = progress_bar_draw(bar, columns, text_columns, what, done, total);
+    fputs(bar, stderr);
+    fflush(stderr);
+    return width;
 }
 
-void progress_erase(FILE *file, int width) {
-    if (width > 0) {
-        fprintf(file, "\r%*s\r", width, "");
-        fflush(file);
-    }
+void progress_erase(int width) {
+    char blank[PROGRESS_BAR_BYTES];
+    progress_bar_erase(blank, width);
+    fputs(blank, stderr);
+    fflush(stderr);
 }
 
 void progress_begin(struct progress *progress, bool quiet) {
@@ -89,11 +76,10 @@ void progress_show(struct progress *progress, int stage, const char *name, int d
     }
     progress->stage = name;
     progress->last_us = now_us;
-    progress->width = progress_draw(stderr, screen_columns(STDERR_FILENO), STAGE_TEXT, name,
-                                    (uint64_t)(PARTS * progress->done), PARTS);
+    progress->width = progress_draw(STAGE_TEXT, name, (uint64_t)(PARTS * progress->done), PARTS);
 }
 
 void progress_end(struct progress *progress) {
-    progress_erase(stderr, progress->width);
+    progress_erase(progress->width);
     progress->width = 0;
 }

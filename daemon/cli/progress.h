@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Progress bars: one way to draw them, and one bar for a whole run of several stages.
+/// Progress bars on the terminal of a program: one for a whole run of several stages.
 #ifndef VERGENCE_DAEMON_CLI_PROGRESS_H
 #define VERGENCE_DAEMON_CLI_PROGRESS_H
 
@@ -8,25 +8,22 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "console/line/progress_bar.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum { SCREEN_COLUMNS = 80 };  ///< assumed width of a terminal whose size is unknown
-
 /// Current width in columns of the terminal `fd`; SCREEN_COLUMNS if unknown.
 size_t screen_columns(int fd);
 
-enum { PROGRESS_STAGES_MAX = 16, PROGRESS_TEXT_MAX = 44 };
+enum { PROGRESS_STAGES_MAX = 16 };
 
-/// Draws "WHAT [####....]  42 %" over the current line of a terminal of `columns` columns: `done`
-/// of `total` (> 0). `what` gets `text` columns, at most PROGRESS_TEXT_MAX, fewer in a narrow
-/// window; control characters in it become ?. Returns the columns used, for progress_erase.
-int progress_draw(FILE *file, size_t columns, int text, const char *what, uint64_t done,
-                  uint64_t total);
+/// Draws a bar on standard error. Returns the columns used, for progress_erase.
+int progress_draw(int text_columns, const char *what, uint64_t done, uint64_t total);
 
 /// Erases a bar of `width` columns; 0: nothing.
-void progress_erase(FILE *file, int width);
+void progress_erase(int width);
 
 /// A run, shown on standard error if that is a terminal. The bar never goes back.
 struct progress {

@@ -73,12 +73,11 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
         return;
     }
     if (total == 0) {
-        progress_erase(stderr, self->bar_columns);
+        progress_erase(self->bar_columns);
         self->bar_columns = 0;
         return;
     }
-    self->bar_columns =
-        progress_draw(stderr, screen_columns(STDERR_FILENO), PROGRESS_TEXT_MAX, what, done, total);
+    self->bar_columns = progress_draw(PROGRESS_BAR_TEXT_MAX, what, done, total);
 }
 
 bool remote_interrupted(struct remote *self) {

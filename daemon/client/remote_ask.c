@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A command and its answer. A serial line damages and loses bytes: there both carry a CRC (formats:
-// daemon/server/request.h and reply.h). A command is repeated if it arrived damaged, as it was not
+// console/line/request.h and reply.h). A command is repeated if it arrived damaged, as it was not
 // executed then, or if it only reads. While a command runs the daemon sends keepalives, so silence
 // means that its answer, or the command, was lost.
 #include <cjson/cJSON.h>
@@ -9,10 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "console/line/framing.h"
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/framing.h"
 #include "daemon/client/remote.h"
 
 enum {

@@ -14,9 +14,9 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include "console/line/framing.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/framing.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/serial_device.h"
 #include "daemon/client/remote.h"

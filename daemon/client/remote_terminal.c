@@ -13,6 +13,7 @@
 #include <wchar.h>
 
 #include "core/invariant.h"
+#include "core/utf8.h"
 #include "daemon/base/message.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/remote.h"
@@ -84,7 +85,7 @@ static unsigned char cancel(EditLine *edit, int key) {
 static void save_words(struct remote *remote, void *cookie, const char *text) {
     (void)remote;
     if (strncmp(text, "words: ", 7) == 0) {
-        printable_copy(text + 7, cookie, WORDS_BYTES);
+        utf8_copy_printable(text + 7, cookie, WORDS_BYTES);
     }
 }
 

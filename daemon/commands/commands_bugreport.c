@@ -3,9 +3,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "console/line/reply.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/server/reply.h"
 
 static const char *const sections[] = {
     "version",  "system", "config",           "status",         "health",          "calibration",
@@ -23,17 +23,23 @@ struct report {
     int error;
 };
 
+static void put_stream(void *stream, const void *data, size_t bytes) {
+    fwrite(data, 1, bytes, stream);
+}
+
 /// Adds the answer to one command, as text.
-static void add_section(const struct command_call *call, const char *line, struct reply *reply) {
+static void add_section(const struct command_call *call, const char *line, struct reply *reply,
+                        FILE *stream) {
     char message[MESSAGE_LINE_BYTES] = "";
     struct command_call inner = *call;
     inner.message = message;
     inner.message_bytes = sizeof message;
-    fprintf(reply->stream, "== %s\n", line);
-    reply_begin(reply, NULL, &(struct request){.json = false}, false);
+    const struct reply_sink sink = {put_stream, stream};
+    fprintf(stream, "== %s\n", line);
+    reply_begin(reply, &sink, &(struct request){.json = false}, false);
     const int error = command_give(&inner, line, &reply->items);
     reply_end(reply, error, message);
-    fputc('\n', reply->stream);
+    fputc('\n', stream);
 }
 
 /// Collects the sections in `report`, whose text the caller frees.
@@ -44,9 +50,9 @@ static int collect(const struct command_call *call, struct report *report) {
         return ERROR_MEMORY;
     }
     int error = 0;
-    reply_open_file(&reply, stream);
+    reply_init(&reply);
     for (int i = 0; error == ERROR_OK && i < SECTIONS; i++) {
-        add_section(call, sections[i], &reply);
+        add_section(call, sections[i], &reply, stream);
         daemon_progress(call, "reading", (uint32_t)i + 1, SECTIONS);
         error = daemon_should_stop(call) ? ERROR_CANCELLED : 0;
     }

@@ -8,11 +8,12 @@
 
 #include "console/command_text.h"
 #include "console/command_words.h"
+#include "console/line/completion.h"
+#include "console/line/editor.h"
 #include "daemon/backends/linux/v4l2_camera.h"
 #include "daemon/base/memory.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/process.h"
-#include "daemon/cli/editor.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/space_check.h"
 #include "daemon/files/token.h"
@@ -304,7 +305,9 @@ static int run_quit(const struct command_call *call) {
 
 static int run_complete(const struct command_call *call) {
     char words[EDITOR_WORDS_BYTES];
-    dispatch_complete(daemon_of(call), call->values[0].text, words, sizeof words);
+    const struct daemon *daemon = daemon_of(call);
+    completion_words(daemon->table, daemon->table_count, daemon, call->values[0].text, words,
+                     sizeof words);
     if (words[0] != '\0') {
         reply_text(call, "words", words);
     }

@@ -8,9 +8,10 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "console/line/completion.h"
+#include "console/line/framing.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/framing.h"
 #include "daemon/files/token.h"
 #include "daemon/server/listener.h"
 
@@ -30,8 +31,9 @@ static void send_to_terminal(void *cookie, const char *data, size_t bytes) {
 
 static void complete(void *cookie, const char *typed, char *words) {
     const struct connection *self = cookie;
+    const struct daemon *daemon = self->dispatch->daemon;
     // Uses only what never changes: the workers run in other threads.
-    dispatch_complete(self->dispatch->daemon, typed, words, EDITOR_WORDS_BYTES);
+    completion_words(daemon->table, daemon->table_count, daemon, typed, words, EDITOR_WORDS_BYTES);
 }
 
 bool connection_init(struct connection *self, struct dispatch *dispatch, int wake_fd) {

@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "daemon/cli/editor.h"
+#include "console/line/editor.h"
 #include "daemon/server/dispatch.h"
 
 enum { CONNECTION_INPUT_BYTES = 16384 };

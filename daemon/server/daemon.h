@@ -19,9 +19,9 @@
 #include <stdint.h>
 
 #include "console/command.h"
+#include "console/line/reply.h"
 #include "daemon/server/log_ring.h"
 #include "daemon/server/output.h"
-#include "daemon/server/reply.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/last_pair.h"

@@ -2,16 +2,14 @@
 #include "daemon/server/dispatch.h"
 
 #include <stdio.h>
-#include <string.h>
 
-#include "console/command_text.h"
-#include "console/command_words.h"
 #include "core/error.h"
 #include "core/invariant.h"
 
 void dispatch_answer(struct dispatch *self, struct job *job, int error, const char *message) {
     INVARIANT(error <= 0 && message != NULL);
-    reply_begin(&self->reply, job->output, &job->request, job->terminal);
+    const struct reply_sink sink = output_sink(job->output);
+    reply_begin(&self->reply, &sink, &job->request, job->terminal);
     self->reply.bar_columns = job->bar_columns;
     reply_end(&self->reply, error, message);
 }
@@ -31,100 +29,5 @@ void dispatch_submit(struct dispatch *self, struct job *job) {
     if (!worker_submit(general ? &daemon->general_worker : &daemon->rig_worker, job)) {
         atomic_store(&job->state, JOB_FREE);
         dispatch_answer(self, job, ERROR_BUSY, "too many commands are waiting: try again later");
-    }
-}
-
-// ---- completion
-
-/// The list under construction; `begun`: the last word of the line.
-struct list {
-    struct command_text text;
-    const char *begun;
-};
-
-static void add(void *cookie, const char *word) {
-    struct list *self = cookie;
-    const size_t length = strlen(word);
-    if (strncmp(word, self->begun, strlen(self->begun)) != 0 || length == 0 ||
-        strpbrk(word, " \t\"#") != NULL || self->text.length + length + 2 > self->text.bytes) {
-        return;
-    }
-    command_text_add(&self->text, self->text.length > 0 ? " " : "");
-    command_text_add(&self->text, word);
-}
-
-/// Adds the values of an argument, each after `before`: "side=" of an option.
-static void add_values(const struct command_argument *argument, const char *before,
-                       const struct command_words *words, const void *context, struct list *list) {
-    char word[COMMAND_CHOICE_MAX];
-    const char *choices = argument->kind == COMMAND_FLAG ? "yes" : argument->choices;
-    for (int i = 0; choices != NULL && command_words_choice_at(choices, i, word); i++) {
-        char whole[2 * COMMAND_CHOICE_MAX];
-        struct command_text text = command_text_begin(whole, sizeof whole);
-        command_text_add(&text, before);
-        command_text_add(&text, word);
-        add(list, whole);
-    }
-    if (choices == NULL && argument->candidates != NULL) {
-        const struct command_candidates candidates = {list->begun, words->word, words->count,
-                                                      context,     add,         list};
-        argument->candidates(&candidates);
-    }
-}
-
-/// Adds what may follow the words: the next operand, and options.
-static void add_arguments(const struct command *command, const struct command_words *words,
-                          const void *context, struct list *list) {
-    const struct command_parser parser = {.command = command->name, .dashes = ""};
-    size_t operands = 0;
-    for (size_t i = 1; i < words->count; i++) {
-        operands += (words->quoted >> i & 1) != 0 || !command_is_option(&parser, words->word[i]);
-    }
-    for (unsigned i = 0; i < command->argument_count; i++) {
-        const struct command_argument *argument = &command->arguments[i];
-        if (!command_argument_is_option(argument)) {
-            if (operands-- == 0) {
-                add_values(argument, "", words, context, list);
-            }
-            continue;
-        }
-        char name[COMMAND_CHOICE_MAX + 2];
-        struct command_text text = command_text_begin(name, sizeof name);
-        command_text_add(&text, argument->name);
-        command_text_add(&text, "=");
-        if (strncmp(list->begun, name, strlen(name)) == 0) {
-            add_values(argument, name, words, context, list);
-        } else {
-            add(list, name);
-        }
-    }
-}
-
-void dispatch_complete(const struct daemon *daemon, const char *typed, char *words, size_t bytes) {
-    struct list list = {command_text_begin(words, bytes), typed};
-    char before[COMMAND_LINE_MAX + 1];
-    char storage[COMMAND_LINE_MAX + 1];
-    struct command_words found;
-    const char *why = NULL;
-    const char *blank = strrchr(typed, ' ');
-    const size_t before_bytes = blank == NULL ? 0 : (size_t)(blank + 1 - typed);
-    list.begun += before_bytes;
-    if (before_bytes >= sizeof before) {
-        return;
-    }
-    memcpy(before, typed, before_bytes);
-    before[before_bytes] = '\0';
-    if (command_words_split(before, storage, &found, &why) != 0) {
-        return;
-    }
-    if (found.count == 0) {
-        for (size_t i = 0; i < daemon->table_count; i++) {
-            add(&list, daemon->table[i].name);
-        }
-        return;
-    }
-    const struct command *command = command_find(daemon->table, daemon->table_count, found.word[0]);
-    if (command != NULL) {
-        add_arguments(command, &found, daemon, &list);
     }
 }

@@ -21,9 +21,4 @@ void dispatch_submit(struct dispatch *self, struct job *job);
 /// Answers at once, with an error or (0) with success; no worker has the job.
 void dispatch_answer(struct dispatch *self, struct job *job, int error, const char *message);
 
-/// Writes the possible completions of `typed`, a line up to the cursor, to `words`: separated by
-/// blanks, as many as fit. They all begin with the last word of `typed`. Words that would need
-/// quotes are omitted. Uses the table, the configuration and the files of `daemon`.
-void dispatch_complete(const struct daemon *daemon, const char *typed, char *words, size_t bytes);
-
 #endif

@@ -64,6 +64,14 @@ void output_put_text(struct output *self, const char *text) {
     output_put(self, text, strlen(text));
 }
 
+static void put(void *self, const void *data, size_t bytes) {
+    output_put(self, data, bytes);
+}
+
+struct reply_sink output_sink(struct output *self) {
+    return (struct reply_sink){put, self};
+}
+
 size_t output_peek(struct output *self, void *data, size_t capacity) {
     pthread_mutex_lock(&self->lock);
     const size_t bytes = self->length < capacity ? self->length : capacity;

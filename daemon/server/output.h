@@ -8,6 +8,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "console/line/reply.h"
+
 /// Larger than the longest reply: a command's reply always fits once its client has read the
 /// earlier ones.
 enum { OUTPUT_BYTES = 256 * 1024 };
@@ -31,6 +33,8 @@ void output_reset(struct output *self, bool closed);
 
 void output_put(struct output *self, const void *data, size_t bytes);
 void output_put_text(struct output *self, const char *text);
+/// For answers that go to it.
+struct reply_sink output_sink(struct output *self);
 
 /// Copies up to `capacity` bytes from the front without removing them; returns their number.
 size_t output_peek(struct output *self, void *data, size_t capacity);

@@ -61,7 +61,8 @@ static bool open_clients(struct server *self) {
             return false;
         }
     }
-    return reply_open(&self->dispatch.reply);
+    reply_init(&self->dispatch.reply);
+    return true;
 }
 
 int server_open(struct server *self, struct daemon *daemon, struct message *message) {
@@ -395,7 +396,6 @@ void server_close(struct server *self) {
     worker_stop(&self->daemon->rig_worker);
     worker_stop(&self->daemon->general_worker);
     close_clients(self);
-    reply_close(&self->dispatch.reply);
     console_close(&self->console);
     for (int i = 0; i < LISTENERS; i++) {
         if (self->listeners[i] >= 0) {

@@ -175,7 +175,8 @@ static void run(struct worker *self, struct job *job) {
         .context = self->daemon,
         .job = job,
     };
-    reply_begin(&self->reply, job->output, &job->request, job->terminal);
+    const struct reply_sink sink = output_sink(job->output);
+    reply_begin(&self->reply, &sink, &job->request, job->terminal);
     self->reply.bar_columns = job->bar_columns;
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
@@ -277,8 +278,8 @@ bool worker_start(struct worker *self, struct daemon *daemon, int wake_fd, size_
         daemon->disk_writer.self = self;
     }
     atomic_store(&self->alive_us, monotonic_now_us());
-    if (!reply_open(&self->reply) || pthread_mutex_init(&self->lock, NULL) != 0 ||
-        pthread_condattr_init(&attributes) != 0) {
+    reply_init(&self->reply);
+    if (pthread_mutex_init(&self->lock, NULL) != 0 || pthread_condattr_init(&attributes) != 0) {
         return false;
     }
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
@@ -304,7 +305,6 @@ void worker_stop(struct worker *self) {
     }
     pthread_cond_destroy(&self->wakeup);
     pthread_mutex_destroy(&self->lock);
-    reply_close(&self->reply);
 }
 
 void worker_cancel(struct worker *self) {
@@ -370,7 +370,8 @@ void worker_report_wait(struct worker *self, struct job *job, struct reply *repl
         job->ahead_shown = ahead;
         snprintf(what, sizeof what, "waiting for another client's %s",
                  self->running->command->name);
-        reply_begin(reply, job->output, &job->request, job->terminal);
+        const struct reply_sink sink = output_sink(job->output);
+        reply_begin(reply, &sink, &job->request, job->terminal);
         reply_progress(reply, what, job->ahead - ahead, job->ahead);
         job->bar_columns = reply->bar_columns;
     }

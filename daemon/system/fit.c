@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include "core/error.h"
+#include "core/utf8.h"
 #include "daemon/system/sha256.h"
 
 // The format: Devicetree Specification 0.4, chapter 5.
@@ -103,7 +104,7 @@ static int begin_node(struct reader *self) {
         self->in_images = strcmp(name, "images") == 0;
         self->in_configurations = strcmp(name, "configurations") == 0;
     } else if (self->depth == PART) {
-        printable_copy(name, self->part, sizeof self->part);
+        utf8_copy_printable(name, self->part, sizeof self->part);
         self->data = (struct bytes){NULL, 0};
         self->summed = false;
         self->configurations += self->in_configurations ? 1 : 0;
@@ -160,7 +161,7 @@ static void take_root(struct reader *self, const char *name, struct bytes value)
         self->fit->timestamp = read_word(value.data);
         self->dated = true;
     } else if (strcmp(name, "board") == 0 && text != NULL) {
-        printable_copy(text, self->fit->board, sizeof self->fit->board);
+        utf8_copy_printable(text, self->fit->board, sizeof self->fit->board);
     }
 }
 

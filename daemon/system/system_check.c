@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/utf8.h"
 #include "daemon/base/json.h"
 #include "daemon/base/message.h"
 #include "daemon/system/flash.h"
@@ -323,7 +324,7 @@ static void check_variables(struct table *table, bool board) {
                            .needed = board && variables[i].needed,
                            .there = value != NULL};
         snprintf(row.name, sizeof row.name, "%s", variables[i].name);
-        printable_copy(value != NULL ? value : "", row.found, sizeof row.found);
+        utf8_copy_printable(value != NULL ? value : "", row.found, sizeof row.found);
         add(table, &row);
     }
     if (error == ERROR_OK) {

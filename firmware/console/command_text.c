@@ -75,19 +75,9 @@ void command_text_add_number(struct command_text *text, double value, int decima
 }
 
 void command_text_add_integer(struct command_text *text, int64_t value) {
-    char digits[24];
-    size_t at = sizeof digits;
-    uint64_t left = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
-    digits[--at] = '\0';
-    do {
-        digits[--at] = (char)('0' + left % 10);
-        left /= 10;
-    } while (left > 0);
-    if (value < 0) {
-        digits[--at] = '-';
-    }
-    INVARIANT(at < sizeof digits);
-    command_text_add(text, digits + at);
+    char digits[DECIMAL_TEXT_BYTES];
+    decimal_print_integer(value, digits);
+    command_text_add(text, digits);
 }
 
 void command_text_add_unit(struct command_text *text, const char *unit) {

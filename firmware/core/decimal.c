@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/decimal.h"
 
+#include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
@@ -100,4 +102,40 @@ int decimal_from_double(double value, int decimals, int64_t *scaled) {
     }
     *scaled = (int64_t)(product < 0 ? product - 0.5 : product + 0.5);
     return ERROR_OK;
+}
+
+size_t decimal_print_integer(int64_t value, char text[DECIMAL_TEXT_BYTES]) {
+    char reversed[DECIMAL_TEXT_BYTES];
+    size_t count = 0, length = 0;
+    uint64_t rest = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
+    do {
+        reversed[count++] = (char)('0' + rest % 10);
+        rest /= 10;
+    } while (rest > 0);
+    if (value < 0) {
+        text[length++] = '-';
+    }
+    while (count > 0) {
+        text[length++] = reversed[--count];
+    }
+    INVARIANT(length < DECIMAL_TEXT_BYTES);
+    text[length] = '\0';
+    return length;
+}
+
+size_t decimal_print_double(double value, int decimals, char text[DECIMAL_TEXT_BYTES]) {
+    const double whole_max = 9223372036854775807.0;
+    int64_t scaled = 0;
+    while (decimals >= 0 && decimal_from_double(value, decimals, &scaled) != ERROR_OK) {
+        decimals--;
+    }
+    if (decimals >= 0) {
+        return decimal_print(scaled, decimals, text);
+    }
+    if (value > -whole_max && value < whole_max) {
+        return decimal_print_integer((int64_t)value, text);
+    }
+    const char *word = isnan(value) ? "nan" : value < 0 ? "-inf" : "inf";
+    strcpy(text, word);
+    return strlen(word);
 }

@@ -31,6 +31,13 @@ int decimal_parse(const char *text, size_t length, int decimals, int64_t *scaled
 /// |scaled| <= DECIMAL_MAX.
 size_t decimal_print(int64_t scaled, int decimals, char text[DECIMAL_TEXT_BYTES]);
 
+/// Writes any integer likewise.
+size_t decimal_print_integer(int64_t value, char text[DECIMAL_TEXT_BYTES]);
+
+/// Writes the nearest number with this many decimals, with fewer if it is large, or "inf", "-inf"
+/// (beyond 2^63, too) and "nan"; returns the length. `decimals` is 0..DECIMAL_MAX_DECIMALS.
+size_t decimal_print_double(double value, int decimals, char text[DECIMAL_TEXT_BYTES]);
+
 /// The double nearest to scaled / 10^decimals. |scaled| <= DECIMAL_MAX.
 double decimal_to_double(int64_t scaled, int decimals);
 

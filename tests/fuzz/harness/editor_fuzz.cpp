@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "daemon/cli/editor.h"
+#include "console/line/editor.h"
 #include "fuzz_check.hpp"
 
 namespace {

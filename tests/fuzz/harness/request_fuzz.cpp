@@ -4,9 +4,9 @@
 #include <cstring>
 #include <string>
 
+#include "console/line/request.h"
 #include "core/crc.h"
 #include "core/error.h"
-#include "daemon/server/request.h"
 #include "fuzz_check.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {

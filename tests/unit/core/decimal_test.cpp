@@ -37,6 +37,26 @@ TEST_CASE("decimals are spelled in one way") {
     CHECK(print(-DECIMAL_MAX, 15) == "-1.125899906842624");
 }
 
+TEST_CASE("a double is printed to its nearest decimal, whatever its size") {
+    const auto printed = [](double value, int decimals) {
+        char text[DECIMAL_TEXT_BYTES];
+        const size_t length = decimal_print_double(value, decimals, text);
+        REQUIRE(text[length] == '\0');
+        return std::string(text, length);
+    };
+    CHECK(printed(2.345678, 3) == "2.346");
+    CHECK(printed(-0.0001, 3) == "0.000");
+    CHECK(printed(1.25e12, 6) == "1250000000000.00");
+    CHECK(printed(1795955000123456, 0) == "1795955000123456");
+    CHECK(printed(9e18, 2) == "9000000000000000000");
+    CHECK(printed(1e30, 2) == "inf");
+    CHECK(printed(-HUGE_VAL, 0) == "-inf");
+    CHECK(printed(std::nan(""), 4) == "nan");
+    char least[DECIMAL_TEXT_BYTES];
+    decimal_print_integer(std::numeric_limits<int64_t>::min(), least);
+    CHECK(std::string(least) == "-9223372036854775808");
+}
+
 TEST_CASE("any other spelling is refused") {
     const char *const wrong[] = {"",       "-",      "+1.000", "1",      "1.00",    "1.0000",
                                  "01.000", "-0.000", ".000",   "1.",     "1,000",   "1.0e0",

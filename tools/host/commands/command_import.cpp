@@ -4,6 +4,7 @@
 #include <new>
 
 #include "core/error.h"
+#include "core/utf8.h"
 #include "daemon/base/process.h"
 #include "daemon/cli/options.h"
 #include "tools/host/commands/commands.hpp"
@@ -74,7 +75,7 @@ const option_page page_of_command = {
 
 int refuse(int code, const std::string &text) {
     char line[MESSAGE_BYTES];  // the text may name a topic of a damaged file
-    printable_copy(text.c_str(), line, sizeof line);
+    utf8_copy_printable(text.c_str(), line, sizeof line);
     std::fprintf(stderr, "vergence import: %s\n", line);
     return code;
 }

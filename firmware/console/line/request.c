@@ -1,35 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/server/request.h"
+#include "console/line/request.h"
 
 #include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "console/command_text.h"
+#include "console/line/framing.h"
 #include "core/crc.h"
 #include "core/error.h"
-#include "daemon/base/framing.h"
 
 enum { WORD_MAX = 24, CRC_DIGITS = 8 };
 
 static const char crc_option[] = "crc=";
 
-static bool is_crc(const char *option, size_t bytes) {
-    const size_t prefix = sizeof crc_option - 1;
-    return bytes == prefix + CRC_DIGITS && memcmp(option, crc_option, prefix) == 0 &&
-           strspn(option + prefix, "0123456789ABCDEFabcdef") == CRC_DIGITS;
+static int hex_digit(char c) {
+    const int letter = c | 0x20;
+    return c >= '0' && c <= '9' ? c - '0' : letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : -1;
 }
 
-/// Checks the CRC of a line whose last option begins at `option`. 0, or ERROR_CRC with a message.
-static int check_crc(const char *line, const char *option, const struct request *request,
-                     char *message, size_t message_bytes) {
+/// Reads an option that is a CRC. False: it is another one.
+static bool read_crc(const char *option, size_t bytes, uint32_t *crc) {
+    const size_t prefix = sizeof crc_option - 1;
+    if (bytes != prefix + CRC_DIGITS || memcmp(option, crc_option, prefix) != 0) {
+        return false;
+    }
+    *crc = 0;
+    for (size_t i = prefix; i < bytes; i++) {
+        const int digit = hex_digit(option[i]);
+        if (digit < 0) {
+            return false;
+        }
+        *crc = *crc << 4 | (uint32_t)digit;
+    }
+    return true;
+}
+
+/// Checks the CRC of a line whose last option, the CRC `stated`, begins at `option`. 0, or
+/// ERROR_CRC with a message.
+static int check_crc(const char *line, const char *option, uint32_t stated,
+                     const struct request *request, char *message, size_t message_bytes) {
     uint32_t crc = crc_update(0, line, (size_t)(option - line));
     crc = crc_update(crc, request->command, strlen(request->command));
-    if (strtoul(option + sizeof crc_option - 1, NULL, 16) == crc) {
+    if (stated == crc) {
         return ERROR_OK;
     }
-    snprintf(message, message_bytes, FRAMING_DAMAGED ": send it again");
+    struct command_text text = command_text_begin(message, message_bytes);
+    command_text_add(&text, FRAMING_DAMAGED ": send it again");
     return ERROR_CRC;
 }
 
@@ -68,9 +84,12 @@ int request_parse(const char *line, struct request *request, char *message, size
     }
     const char *end = line + strcspn(line, " \t");
     request->command = end + (*end != '\0');
-    const char *comma = memrchr(line, ',', (size_t)(end - line));
-    const char *last = comma != NULL ? comma + 1 : line + 1;
-    if (is_crc(last, (size_t)(end - last))) {
+    const char *last = end;
+    while (last > line + 1 && last[-1] != ',') {
+        last--;
+    }
+    uint32_t crc = 0;
+    if (read_crc(last, (size_t)(end - last), &crc)) {
         request->framed = true;
         end = last - 1;
     }
@@ -82,6 +101,6 @@ int request_parse(const char *line, struct request *request, char *message, size
     }
     // A damaged line may have damaged options; those before the damage select the answer's form.
     const int damaged =
-        request->framed ? check_crc(line, last, request, message, message_bytes) : 0;
+        request->framed ? check_crc(line, last, crc, request, message, message_bytes) : 0;
     return damaged != 0 ? damaged : error;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Lines with a CRC between the daemon and a client at a serial line, which may lose and change
-/// bytes (`@framed`). Formats: daemon/server/request.h and reply.h.
-#ifndef VERGENCE_DAEMON_BASE_FRAMING_H
-#define VERGENCE_DAEMON_BASE_FRAMING_H
+/// bytes (`@framed`). Formats: request.h and reply.h.
+#ifndef VERGENCE_CONSOLE_LINE_FRAMING_H
+#define VERGENCE_CONSOLE_LINE_FRAMING_H
 
 enum {
     FRAMING_IDLE = 0x16,     ///< SYN, sent at any position: a command is running

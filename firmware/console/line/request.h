@@ -10,8 +10,8 @@
 ///             with a wrong CRC is rejected. The answer has a CRC too, see reply.h
 ///
 /// `@json` or `@text` without a command applies to all lines that follow.
-#ifndef VERGENCE_DAEMON_SERVER_REQUEST_H
-#define VERGENCE_DAEMON_SERVER_REQUEST_H
+#ifndef VERGENCE_CONSOLE_LINE_REQUEST_H
+#define VERGENCE_CONSOLE_LINE_REQUEST_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -13,24 +13,40 @@
 /// had a CRC, "crc" comes last: eight hexadecimal digits, the CRC-32 of the line up to `, "crc"`.
 /// "units" after the result has the units of its numbers by their names, with dots between the
 /// names of groups; once for all members of a list: "parts[].last".
-#ifndef VERGENCE_DAEMON_SERVER_REPLY_H
-#define VERGENCE_DAEMON_SERVER_REPLY_H
+#ifndef VERGENCE_CONSOLE_LINE_REPLY_H
+#define VERGENCE_CONSOLE_LINE_REPLY_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
 
 #include "console/command.h"
-#include "daemon/base/json.h"
-#include "daemon/server/output.h"
-#include "daemon/server/request.h"
+#include "console/line/request.h"
+#include "core/json.h"
 
-enum { REPLY_DEPTH_MAX = 8, REPLY_UNITS_BYTES = 2048, REPLY_PATH_BYTES = 160 };
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    REPLY_DEPTH_MAX = 8,
+    REPLY_UNITS_BYTES = 2048,
+    REPLY_PATH_BYTES = 160,
+    REPLY_PART_BYTES = 512,
+};
+
+/// Where the bytes of an answer go.
+struct reply_sink {
+    void (*put)(void *self, const void *data, size_t bytes);
+    void *self;
+};
 
 /// Each thread that answers has one and uses it for one answer after the other.
 struct reply {
     struct command_reply items;  ///< interface for commands, which write to it
-    FILE *stream;                ///< writes to `output`
-    struct output *output;
+    struct reply_sink sink;
+    char part[REPLY_PART_BYTES];  ///< bytes on their way to the sink
+    size_t part_bytes;
     struct request request;
     bool terminal;  ///< lines end in CR LF; progress is a bar
     struct json json;
@@ -47,14 +63,10 @@ struct reply {
     size_t units_length;
 };
 
-/// For answers without a CRC that go to `file`, which the caller closes.
-void reply_open_file(struct reply *self, FILE *file);
-/// For answers that go to outputs; reply_close frees it. False: out of memory.
-bool reply_open(struct reply *self);
-void reply_close(struct reply *self);
+void reply_init(struct reply *self);
 
-/// Begins an answer, which goes to `output` (NULL after reply_open_file). `request` is copied.
-void reply_begin(struct reply *self, struct output *output, const struct request *request,
+/// Begins an answer, which goes to `sink`. `sink` and `request` are copied.
+void reply_begin(struct reply *self, const struct reply_sink *sink, const struct request *request,
                  bool terminal);
 /// Reports progress of a command as a bar, a line or an event; ignored after the first item and if
 /// `total` is 0.
@@ -63,5 +75,9 @@ void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_
 void reply_end(struct reply *self, int error, const char *message);
 /// Ends one round of `watch`; `reply_begin` begins the next.
 void reply_end_round(struct reply *self);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

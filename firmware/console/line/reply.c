@@ -1,39 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/server/reply.h"
+#include "console/line/reply.h"
 
-#include <inttypes.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "console/command_text.h"
+#include "console/line/progress_bar.h"
 #include "core/crc.h"
+#include "core/decimal.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/cli/progress.h"
 
-/// Passes bytes of the stream to the output. Terminals need CR LF.
-static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {
+static void flush(struct reply *self) {
+    self->sink.put(self->sink.self, self->part, self->part_bytes);
+    self->part_bytes = 0;
+}
+
+static void put_byte(struct reply *self, char byte) {
+    if (self->part_bytes == sizeof self->part) {
+        flush(self);
+    }
+    self->part[self->part_bytes++] = byte;
+}
+
+/// Terminals need CR LF.
+static void put(void *cookie, const char *data, size_t bytes) {
     struct reply *self = cookie;
     self->crc = crc_update(self->crc, data, bytes);
-    if (!self->terminal) {
-        output_put(self->output, data, bytes);
-        return (ssize_t)bytes;
-    }
-    size_t from = 0;
     for (size_t i = 0; i < bytes; i++) {
-        if (data[i] == '\n') {
-            output_put(self->output, data + from, i - from);
-            output_put_text(self->output, "\r\n");
-            from = i + 1;
+        if (self->terminal && data[i] == '\n') {
+            put_byte(self, '\r');
         }
+        put_byte(self, data[i]);
     }
-    output_put(self->output, data + from, bytes - from);
-    return (ssize_t)bytes;
+}
+
+static void put_string(struct reply *self, const char *text) {
+    put(self, text, strlen(text));
 }
 
 /// Opens a line of JSON; `event` is NULL in an answer.
 static void begin_json(struct reply *self, const char *event) {
     self->crc = 0;
-    json_begin_line(&self->json, self->stream);
+    json_begin_at(&self->json, put, self, true);
     json_open_object(&self->json, NULL);
     if (event != NULL) {
         json_text(&self->json, "event", event);
@@ -45,9 +53,12 @@ static void begin_result(struct reply *self) {
         return;
     }
     self->begun = true;
-    progress_erase(self->stream, self->bar_columns);
+    if (self->bar_columns > 0) {
+        char blank[PROGRESS_BAR_BYTES];
+        progress_bar_erase(blank, self->bar_columns);
+        put_string(self, blank);
+    }
     self->bar_columns = 0;
-    fflush(self->stream);
     self->crc = 0;
     if (self->request.json) {
         begin_json(self, NULL);
@@ -74,7 +85,9 @@ static void record_unit(struct reply *self, const char *key, const char *unit) {
     // A list's path ends in a dot, which only named members need.
     const size_t kept = key != NULL || group == 0 ? group : group - 1;
     char name[2 * REPLY_PATH_BYTES];
-    snprintf(name, sizeof name, "%.*s%s", (int)kept, self->path, key != NULL ? key : "");
+    memcpy(name, self->path, kept);
+    struct command_text rest = command_text_begin(name + kept, sizeof name - kept);
+    command_text_add(&rest, key != NULL ? key : "");
     const size_t bytes = strlen(name) + 1 + strlen(unit) + 1;
     if (bytes <= sizeof self->units - self->units_length && !has_unit(self, name)) {
         char *to = self->units + self->units_length;
@@ -90,16 +103,19 @@ static void record_unit(struct reply *self, const char *key, const char *unit) {
 static void put_key(struct reply *self, const char *key, bool group) {
     const bool in_line = self->in_line[self->depth];
     if (in_line) {
-        fputs(self->first[self->depth] ? "" : ", ", self->stream);
+        put_string(self, self->first[self->depth] ? "" : ", ");
     } else {
-        fprintf(self->stream, "%*s", 2 * self->depth, "");
+        for (int i = 0; i < self->depth; i++) {
+            put_string(self, "  ");
+        }
     }
     self->first[self->depth] = false;
-    if (key != NULL) {
-        fprintf(self->stream, group && !in_line ? "%s:" : in_line ? "%s " : "%s: ", key);
-    } else {
-        fputs("- ", self->stream);
+    if (key == NULL) {
+        put_string(self, "- ");
+        return;
     }
+    put_string(self, key);
+    put_string(self, group && !in_line ? ":" : in_line ? " " : ": ");
 }
 
 static void put_number(void *cookie, const char *key, double value, int decimals,
@@ -116,9 +132,15 @@ static void put_number(void *cookie, const char *key, double value, int decimals
     put_key(self, key, false);
     // As it is typed: "f/8", but "40 mm".
     const bool leads = unit != NULL && unit[strlen(unit) - 1] == '/';
-    fprintf(self->stream, "%s%.*f%s%s", leads ? unit : "", decimals, value,
-            unit != NULL && !leads ? " " : "", unit != NULL && !leads ? unit : "");
-    fputs(self->in_line[self->depth] ? "" : "\n", self->stream);
+    char printed[DECIMAL_TEXT_BYTES];
+    decimal_print_double(value, decimals, printed);
+    put_string(self, leads ? unit : "");
+    put_string(self, printed);
+    if (unit != NULL && !leads) {
+        put_string(self, " ");
+        put_string(self, unit);
+    }
+    put_string(self, self->in_line[self->depth] ? "" : "\n");
 }
 
 static void put_text(void *cookie, const char *key, const char *value) {
@@ -131,22 +153,22 @@ static void put_text(void *cookie, const char *key, const char *value) {
     put_key(self, key, false);
     for (const char *at = value; *at != '\0'; at++) {
         const bool control = (unsigned char)*at < ' ' || *at == 0x7F;
-        fputc(control ? ' ' : *at, self->stream);
+        put(self, control ? " " : at, 1);
     }
-    fputs(self->in_line[self->depth] ? "" : "\n", self->stream);
+    put_string(self, self->in_line[self->depth] ? "" : "\n");
 }
 
 /// Adds a group or list to the path that ends at `end`. Returns the number of bytes added.
 static size_t extend_path(struct reply *self, size_t end, const char *key, bool array) {
     char step[REPLY_PATH_BYTES];
-    const int bytes =
-        snprintf(step, sizeof step, "%s%s.", key != NULL ? key : "", array ? "[]" : "");
+    struct command_text text = command_text_begin(step, sizeof step);
+    command_text_join(&text, key != NULL ? key : "", array ? "[]." : ".");
     // A group in a list has the path of the list.
-    if ((key == NULL && !array) || bytes < 0 || end + (size_t)bytes >= sizeof self->path) {
+    if ((key == NULL && !array) || end + text.length >= sizeof self->path) {
         return 0;
     }
-    memcpy(self->path + end, step, (size_t)bytes);
-    return (size_t)bytes;
+    memcpy(self->path + end, step, text.length);
+    return text.length;
 }
 
 static void put_begin(void *cookie, const char *key, bool array) {
@@ -166,7 +188,7 @@ static void put_begin(void *cookie, const char *key, bool array) {
     self->in_line[self->depth] = in_list || self->in_line[self->depth - 1];
     self->path_end[self->depth] = end + extend_path(self, end, key, array);
     if (!self->request.json && !self->in_line[self->depth]) {
-        fputc('\n', self->stream);
+        put_string(self, "\n");
     }
 }
 
@@ -176,7 +198,7 @@ static void put_end(void *cookie) {
     if (self->request.json) {
         (self->array[self->depth] ? json_close_array : json_close_object)(&self->json);
     } else if (self->in_line[self->depth] && !self->in_line[self->depth - 1]) {
-        fputc('\n', self->stream);
+        put_string(self, "\n");
     }
     self->depth--;
 }
@@ -188,29 +210,16 @@ static const struct command_reply_operations operations = {
     .end = put_end,
 };
 
-void reply_open_file(struct reply *self, FILE *file) {
+void reply_init(struct reply *self) {
     memset(self, 0, sizeof *self);
     self->items = (struct command_reply){&operations, self};
-    self->stream = file;
 }
 
-bool reply_open(struct reply *self) {
-    const cookie_io_functions_t functions = {.write = send_bytes};
-    reply_open_file(self, fopencookie(self, "w", functions));
-    return self->stream != NULL && setvbuf(self->stream, NULL, _IOFBF, BUFSIZ) == 0;
-}
-
-void reply_close(struct reply *self) {
-    if (self->stream != NULL) {
-        fclose(self->stream);
-        self->stream = NULL;
-    }
-}
-
-void reply_begin(struct reply *self, struct output *output, const struct request *request,
+void reply_begin(struct reply *self, const struct reply_sink *sink, const struct request *request,
                  bool terminal) {
-    INVARIANT(self->stream != NULL && !(terminal && request->json && request->framed));
-    self->output = output;
+    INVARIANT(sink->put != NULL && !(terminal && request->json && request->framed));
+    self->sink = *sink;
+    self->part_bytes = 0;
     self->request = *request;
     self->terminal = terminal;
     self->begun = false;
@@ -224,14 +233,32 @@ void reply_begin(struct reply *self, struct output *output, const struct request
     self->crc = 0;
 }
 
+static void put_crc(struct reply *self, uint32_t crc) {
+    static const char digits[] = "0123456789ABCDEF";
+    for (int shift = 28; shift >= 0; shift -= 4) {
+        put(self, &digits[crc >> shift & 15], 1);
+    }
+}
+
 static void frame_line(struct reply *self) {
     if (self->request.framed) {
-        fflush(self->stream);
         const uint32_t crc = self->crc;
-        fprintf(self->stream, ", \"crc\": \"%08" PRIX32 "\"", crc);
+        put_string(self, ", \"crc\": \"");
+        put_crc(self, crc);
+        put_string(self, "\"");
     }
     json_close_object(&self->json);
     json_end(&self->json);
+}
+
+static void put_progress(struct reply *self, const char *what, uint32_t done, uint32_t total) {
+    char number[2][DECIMAL_TEXT_BYTES];
+    decimal_print_integer(done, number[0]);
+    decimal_print_integer(total, number[1]);
+    const char *const words[] = {"... ", what, " ", number[0], "/", number[1], "\n"};
+    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
+        put_string(self, words[i]);
+    }
 }
 
 void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_t total) {
@@ -245,12 +272,14 @@ void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_
         json_integer(&self->json, "total", total);
         frame_line(self);
     } else if (!self->request.json && !self->terminal && self->request.progress) {
-        fprintf(self->stream, "... %s %" PRIu32 "/%" PRIu32 "\n", what, done, total);
+        put_progress(self, what, done, total);
     } else if (!self->request.json && self->terminal) {
+        char bar[PROGRESS_BAR_BYTES];
         self->bar_columns =
-            progress_draw(self->stream, SCREEN_COLUMNS, PROGRESS_TEXT_MAX, what, done, total);
+            progress_bar_draw(bar, SCREEN_COLUMNS, PROGRESS_BAR_TEXT_MAX, what, done, total);
+        put_string(self, bar);
     }
-    fflush(self->stream);
+    flush(self);
 }
 
 static void put_units(struct reply *self) {
@@ -280,12 +309,10 @@ static void close_groups(struct reply *self) {
 
 static void frame_text(struct reply *self) {
     if (self->request.framed) {
-        fputs(" #", self->stream);
-        fflush(self->stream);
-        const uint32_t crc = self->crc;
-        fprintf(self->stream, "%08" PRIX32, crc);
+        put_string(self, " #");
+        put_crc(self, self->crc);
     }
-    fputc('\n', self->stream);
+    put_string(self, "\n");
 }
 
 void reply_end(struct reply *self, int error, const char *message) {
@@ -298,13 +325,16 @@ void reply_end(struct reply *self, int error, const char *message) {
         json_text(&self->json, "message", message);
         frame_line(self);
     } else if (error == ERROR_OK) {
-        fputs("OK", self->stream);
+        put_string(self, "OK");
         frame_text(self);
     } else {
-        fprintf(self->stream, "ERR %s %s", error_name(error), message);
+        put_string(self, "ERR ");
+        put_string(self, error_name(error));
+        put_string(self, " ");
+        put_string(self, message);
         frame_text(self);
     }
-    fflush(self->stream);
+    flush(self);
 }
 
 void reply_end_round(struct reply *self) {
@@ -315,5 +345,5 @@ void reply_end_round(struct reply *self) {
     } else {
         frame_text(self);
     }
-    fflush(self->stream);
+    flush(self);
 }

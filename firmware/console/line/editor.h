@@ -6,13 +6,13 @@
 /// Keys: left, right, Home, End (Ctrl-B, F, A, E), up, down (Ctrl-P, N), Backspace, Delete, Ctrl-K
 /// and Ctrl-U (delete to the end, to the start), Ctrl-W (delete the previous word), Ctrl-L
 /// (redraw), Tab, Ctrl-C (discard the line), Ctrl-D (end, on an empty line).
-#ifndef VERGENCE_DAEMON_CLI_EDITOR_H
-#define VERGENCE_DAEMON_CLI_EDITOR_H
+#ifndef VERGENCE_CONSOLE_LINE_EDITOR_H
+#define VERGENCE_CONSOLE_LINE_EDITOR_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "daemon/cli/progress.h"
+#include "console/line/progress_bar.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/cli/editor.h"
+#include "console/line/editor.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "core/invariant.h"
@@ -123,8 +122,10 @@ static void draw(struct editor *self) {
 }
 
 static void set_line(struct editor *self, const char *text) {
-    snprintf(self->line, sizeof self->line, "%s", text);
-    self->length = strlen(self->line);
+    const size_t length = strlen(text);
+    self->length = length < sizeof self->line ? length : sizeof self->line - 1;
+    memcpy(self->line, text, self->length);
+    self->line[self->length] = '\0';
     self->cursor = self->length;
     self->scrolled = 0;
 }
@@ -223,11 +224,10 @@ static size_t word_start(const struct editor *self) {
 static size_t keep_matching(char *words, const char *begun, size_t begun_bytes, size_t *shared) {
     size_t count = 0;
     size_t kept = 0;
-    char *rest = NULL;
-    for (char *word = strtok_r(words, " ", &rest); word != NULL;
-         word = strtok_r(NULL, " ", &rest)) {
-        const size_t bytes = strlen(word);
-        if (strncmp(word, begun, begun_bytes) != 0) {
+    size_t bytes = 0;
+    for (const char *word = words; *word != '\0'; word += bytes + (word[bytes] == ' ')) {
+        bytes = strcspn(word, " ");
+        if (bytes < begun_bytes || bytes == 0 || memcmp(word, begun, begun_bytes) != 0) {
             continue;
         }
         size_t same = 0;
@@ -254,7 +254,8 @@ static void complete(struct editor *self) {
         bell(self);
         return;
     }
-    snprintf(typed, sizeof typed, "%.*s", (int)self->cursor, self->line);
+    memcpy(typed, self->line, self->cursor);
+    typed[self->cursor] = '\0';
     self->complete(self->self, typed, words);
     size_t shared = 0;
     const size_t count = keep_matching(words, self->line + start, begun, &shared);
