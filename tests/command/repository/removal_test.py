@@ -43,6 +43,7 @@ ALLOWED = {
     "tools/campaign": (7, OUTPUT),
     "tools/cross": (1, OUTPUT),
     "tools/cross.d/build_kernel_nommu": (2, CACHE),
+    "tools/bfin-toolchain": (6, CACHE),
     "tools/cross.d/build_libraries": (4, CACHE),
     "tools/cross.d/unpack_libraries": (3, CACHE),
     "tools/demo": (1, TEMPORARY),

@@ -19,6 +19,9 @@ TREE = Tree(ROOT)
 COMMENTED = (".c", ".h", ".cpp", ".hpp", ".py", ".sh", ".cmake", ".js", ".css", ".html")
 # A module of the Linux kernel, which has the kernel's licence and headers.
 KERNEL_MODULE = "firmware/system/driver/"
+SIMULATOR = "tools/bfin_devices/"
+# Compiled into what has these licences.
+OTHER_LICENCES = {KERNEL_MODULE: "GPL-2.0-only", SIMULATOR: "GPL-3.0-or-later"}
 C_FAMILY = (".c", ".h", ".cpp", ".hpp")
 # A checkout must work, and be readable, elsewhere. (Written so that the rules do not match here.)
 FOREIGN = {
@@ -55,7 +58,8 @@ class RepoLint(unittest.TestCase):
     def test_every_file_names_its_licence(self):
         code = [p for p in self.files if "/corpus/" not in p and is_code(p)]
         missing = [p for p in code if "SPDX-License-Identifier: " +
-                   ("GPL-2.0-only" if p.startswith(KERNEL_MODULE) else "Apache-2.0")
+                   (next((licence for folder, licence in OTHER_LICENCES.items() if p.startswith(folder)),
+                         "Apache-2.0"))
                    not in text_of(p)[:400]]
         self.assertEqual(missing, [])
 
