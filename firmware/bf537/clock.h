@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Time from the processor's cycle counter. The processor sleeps while it waits.
+#ifndef VERGENCE_BF537_CLOCK_H
+#define VERGENCE_BF537_CLOCK_H
+
+#include <stdint.h>
+
+#include "hal/clock.h"
+
+enum { BF537_CORE_MHZ = 600, BF537_SYSTEM_HZ = 120000000 };
+
+/// Microseconds since reset.
+uint64_t bf537_now_us(void);
+
+/// Sleeps until an interrupt, at most until `time_us`; at once if that time has passed.
+void bf537_sleep_until_us(uint64_t time_us);
+
+/// The interface of this clock. Static storage.
+const struct hal_clock *bf537_clock(void);
+
+#endif

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bf537/fault.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "bf537/mmr.h"
+#include "bf537/watchdog.h"
+#include "console/command_text.h"
+#include "core/decimal.h"
+#include "core/invariant.h"
+
+enum {
+    REASON_BYTES = 160,
+    RETAINED_MAGIC = 0x46415531,
+    STACK_FILL = 0x5A5A5A5A,
+    GUARD_WORDS = 16,
+    CALLS_MAX = 16,
+    CAUSE_MASK = 0x3F,
+};
+
+/// Registers, in the order in which start.S pushes them, from the last.
+struct frame {
+    uint32_t p5_to_p0[6], r7_to_r0[8];
+    uint32_t fp, rets, retx, reti, sp;
+};
+
+extern uint32_t _bf537_stack_begin[] __asm__("_bf537_stack_begin");
+extern uint32_t _bf537_stack_end[] __asm__("_bf537_stack_end");
+extern uint8_t _bf537_text_begin[] __asm__("_bf537_text_begin");
+extern uint8_t _bf537_text_end[] __asm__("_bf537_text_end");
+
+/// Survives a restart.
+static struct {
+    uint32_t magic;
+    char reason[REASON_BYTES];
+} retained __attribute__((section(".retained")));
+
+static char last_reason[REASON_BYTES];
+
+/// Causes of exceptions (Programming Reference, table 4-11).
+static const char *cause_text(uint32_t cause) {
+    switch (cause) {
+        case 0x21:
+            return "undefined instruction";
+        case 0x22:
+            return "illegal combination of instructions";
+        case 0x23:
+            return "access to protected data";
+        case 0x24:
+            return "misaligned access to data";
+        case 0x25:
+            return "unrecoverable event (double fault)";
+        case 0x26:
+            return "access to data that do not exist";
+        case 0x2A:
+            return "misaligned instruction";
+        case 0x2B:
+            return "instruction in protected memory";
+        case 0x2C:
+            return "instruction in memory that does not exist";
+        case 0x2E:
+            return "instruction of a higher privilege";
+        default:
+            return "exception";
+    }
+}
+
+static void print(const char *text) {
+    for (const char *at = text; *at != '\0'; at++) {
+        while ((UART_LSR(UART0) & UART_LSR_THRE) == 0) {
+        }
+        UART_THR(UART0) = (uint16_t)(unsigned char)*at;
+    }
+}
+
+static void print_register(const char *name, uint32_t value) {
+    char line[32];
+    struct command_text text = command_text_begin(line, sizeof line);
+    command_text_join(&text, " ", name, "=");
+    command_text_add_hex(&text, value, 8);
+    print(line);
+}
+
+static bool is_text(uint32_t address) {
+    return address >= (uint32_t)(uintptr_t)_bf537_text_begin &&
+           address < (uint32_t)(uintptr_t)_bf537_text_end && address % 2 == 0;
+}
+
+/// Whether a call ends right before the address: CALL of 4 bytes, or through a register.
+static bool follows_call(uint32_t address) {
+    const uint16_t *before = (const uint16_t *)(uintptr_t)address;
+    return (before[-2] & 0xFF00) == 0xE300 || (before[-1] & 0xFFE8) == 0x0060;
+}
+
+/// Return addresses on the stack, the innermost first.
+static void print_calls(uint32_t sp, uint32_t rets) {
+    const uint32_t begin = (uint32_t)(uintptr_t)_bf537_stack_begin;
+    const uint32_t end = (uint32_t)(uintptr_t)_bf537_stack_end;
+    int printed = 0;
+    print("calls:");
+    print_register("rets", rets);
+    for (uint32_t at = sp < begin || sp > end ? begin : sp & ~3u; at < end && printed < CALLS_MAX;
+         at += 4) {
+        const uint32_t value = *(const uint32_t *)(uintptr_t)at;
+        if (is_text(value) && is_text(value - 4) && follows_call(value)) {
+            print_register("", value);
+            printed++;
+        }
+    }
+    print("\r\n");
+}
+
+static void keep_reason(const char *reason) {
+    retained.magic = RETAINED_MAGIC;
+    struct command_text text = command_text_begin(retained.reason, sizeof retained.reason);
+    command_text_add(&text, reason);
+}
+
+static _Noreturn void restart(const char *reason) {
+    keep_reason(reason);
+    print("\r\nfault: ");
+    print(reason);
+    print("\r\nthe watchdog restarts the board; \"status\" then has this reason\r\n");
+    bf537_watchdog_restart();
+}
+
+void bf537_fault(const struct frame *frame, uint32_t seqstat);
+
+void bf537_fault(const struct frame *frame, uint32_t seqstat) {
+    static const char *const p_names[] = {"p5", "p4", "p3", "p2", "p1", "p0"};
+    static const char *const r_names[] = {"r7", "r6", "r5", "r4", "r3", "r2", "r1", "r0"};
+    char reason[REASON_BYTES];
+    struct command_text text = command_text_begin(reason, sizeof reason);
+    command_text_join(&text, cause_text(seqstat & CAUSE_MASK), " at ");
+    command_text_add_hex(&text, frame->retx, 8);
+    print("\r\nregisters:");
+    for (int i = 7; i >= 0; i--) {
+        print_register(r_names[i], frame->r7_to_r0[i]);
+    }
+    print("\r\n ");
+    for (int i = 5; i >= 0; i--) {
+        print_register(p_names[i], frame->p5_to_p0[i]);
+    }
+    print_register("fp", frame->fp);
+    print_register("sp", frame->sp);
+    print_register("seqstat", seqstat);
+    print_register("retx", frame->retx);
+    print("\r\n");
+    print_calls(frame->sp, frame->rets);
+    restart(reason);
+}
+
+void invariant_failed(const char *file, int line, const char *condition) {
+    char reason[REASON_BYTES], number[DECIMAL_TEXT_BYTES];
+    struct command_text text = command_text_begin(reason, sizeof reason);
+    const char *name = strrchr(file, '/');
+    decimal_print_integer(line, number);
+    command_text_join(&text, "internal error at ", name != NULL ? name + 1 : file, ":", number,
+                      ": ", condition);
+    restart(reason);
+}
+
+void bf537_fault_check_stack(void) {
+    for (int i = 0; i < GUARD_WORDS; i++) {
+        if (_bf537_stack_begin[i] != STACK_FILL) {
+            restart("the stack ran over its end");
+        }
+    }
+}
+
+size_t bf537_stack_bytes(void) {
+    return (size_t)((const uint8_t *)_bf537_stack_end - (const uint8_t *)_bf537_stack_begin);
+}
+
+size_t bf537_stack_used_bytes(void) {
+    const uint32_t *lowest = _bf537_stack_begin;
+    while (lowest < _bf537_stack_end && *lowest == STACK_FILL) {
+        lowest++;
+    }
+    return (size_t)((const uint8_t *)_bf537_stack_end - (const uint8_t *)lowest);
+}
+
+const char *bf537_fault_last(void) {
+    if (last_reason[0] != '\0') {
+        return last_reason;
+    }
+    struct command_text text = command_text_begin(last_reason, sizeof last_reason);
+    if (retained.magic == RETAINED_MAGIC) {
+        retained.reason[sizeof retained.reason - 1] = '\0';
+        command_text_add(&text, retained.reason);
+    } else {
+        command_text_add(&text, bf537_watchdog_has_restarted() ? "the watchdog: the program stopped"
+                                                               : "power on or reset");
+    }
+    retained.magic = 0;
+    return last_reason;
+}

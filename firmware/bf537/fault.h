@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What ends the program: exceptions, broken invariants, a stack that ran over. A report goes to
+/// the console, and the reason to the status after the restart, which the watchdog makes.
+#ifndef VERGENCE_BF537_FAULT_H
+#define VERGENCE_BF537_FAULT_H
+
+#include <stddef.h>
+
+/// Why the program was started: "power on or reset", or the fault that ended it. Static storage.
+const char *bf537_fault_last(void);
+
+/// Ends the program if the stack has run over its end.
+void bf537_fault_check_stack(void);
+
+/// Largest depth of the stack so far, and its size.
+size_t bf537_stack_used_bytes(void);
+size_t bf537_stack_bytes(void);
+
+#endif
