@@ -14,8 +14,7 @@
 #include "core/math.h"
 #include "digest_match.h"
 #include "digest_numbers.h"
-#include "focus/exposure_measure.h"
-#include "focus/focus_curve.h"
+#include "digest_search.h"
 #include "stereo/geometry/calibration.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/lens.h"
@@ -300,62 +299,19 @@ static uint32_t digest_debayer(void) {
     return crc;
 }
 
-// Each measure of each plane of windows of noise on a slope, some of them saturated.
-static uint32_t digest_focus(void) {
-    enum { STRIDE = 70, ROWS = 50, BITS = 10 };
+static uint32_t digest_calibration(void) {
     uint32_t crc = 0;
-    static uint16_t values[STRIDE * ROWS];
-    for (unsigned i = 0; i < 40; i++) {
-        for (unsigned k = 0; k < STRIDE * ROWS; k++) {
-            values[k] = (uint16_t)((next_random() >> 56) + k / STRIDE * i);
-        }
-        const struct focus_window window = {.values = values,
-                                            .stride = STRIDE,
-                                            .width_px = (uint16_t)(8 + i / 2 * 2),
-                                            .height_px = (uint16_t)(8 + 2 * (i % 20)),
-                                            .saturated = (1 << BITS) - 1};
-        const struct focus_noise unity = {42, 240, 7563};
-        const struct focus_noise noise = focus_noise_at(&unity, (uint16_t)(8 + i));
-        for (unsigned k = 0; k < FOCUS_PLANES * FOCUS_MEASURES; k++) {
-            const enum focus_plane plane = (enum focus_plane)(k % FOCUS_PLANES);
-            const enum focus_measure measure = (enum focus_measure)(k / FOCUS_PLANES);
-            struct focus_window narrow = window;
-            narrow.width_px = plane == FOCUS_RGB_GREEN ? 8 : window.width_px;
-            const struct focus_sharpness found =
-                focus_measure_window(&narrow, plane, measure, &noise);
-            crc = add_bits(crc, found.energy, 8);
-            crc = add_bits(crc, found.noise_energy, 8);
-            crc = add_bits(crc, found.samples, 4);
-            crc = add_bits(crc, found.mean_q8, 4);
-            crc = add_bits(crc, found.saturated_permille, 2);
-            const struct focus_sample sample = focus_sample_of(&narrow, plane, measure, &noise);
-            for (unsigned channel = 0; channel < FOCUS_CHANNELS; channel++) {
-                crc = add_double(crc, (double)sample.sharpness[channel]);
-                crc = add_double(crc, (double)sample.deviation[channel]);
-            }
-        }
-    }
-    return crc;
-}
-
-static uint32_t digest_exposure(void) {
-    enum { WIDTH = 90, HEIGHT = 12 };
-    uint32_t crc = 0;
-    static uint16_t row[WIDTH];
-    for (int i = 0; i < 60; i++) {
-        struct exposure_histogram histogram;
-        const int bits = 8 + i % 9;
-        exposure_histogram_begin(&histogram, (enum exposure_pattern)(i % 3), bits, (uint16_t)i);
-        for (int y = 0; y < HEIGHT; y++) {
-            for (int x = 0; x < WIDTH; x++) {
-                row[x] = (uint16_t)(next_random() >> (64 - bits));
-            }
-            exposure_histogram_row(&histogram, row, WIDTH / 3, y);
-        }
-        const struct exposure_measure found = exposure_histogram_end(&histogram);
-        const double numbers[] = {found.mean, found.saturated, found.high, found.white,
-                                  found.excess};
-        crc = add_doubles(crc, numbers, 5);
+    for (int i = 0; i < 50; i++) {
+        const struct calibration rig = random_rig();
+        struct calibration again;
+        char text[2][CALIBRATION_TEXT_MAX_BYTES + 1];
+        const int length = calibration_print(&rig, text[0], sizeof text[0]);
+        must_succeed(length < 0 ? length : ERROR_OK, "printing a calibration");
+        must_succeed(calibration_parse(text[0], (size_t)length, &again, NULL),
+                     "parsing a calibration");
+        must_succeed(calibration_print(&again, text[1], sizeof text[1]) - length,
+                     "printing it again");
+        crc = crc_update(crc, text[1], (size_t)length);
     }
     return crc;
 }
@@ -377,6 +333,10 @@ static const struct {
     {"debayer", digest_debayer},
     {"focus", digest_focus},
     {"exposure", digest_exposure},
+    {"calibration", digest_calibration},
+    {"focus_search", digest_focus_search},
+    {"exposure_search", digest_exposure_search},
+    {"measure", digest_measure},
 };
 
 // The optional argument names the matcher's level that this program has to select.

@@ -15,7 +15,7 @@ import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
 FOLDERS = [os.path.join(ROOT, *folder.split("/")) for folder in
-           ("firmware/core", "firmware/focus", "firmware/stereo", "tests/portable")]
+           ("firmware/core", "firmware/focus", "firmware/measure", "firmware/stereo", "tests/portable")]
 FLAGS = ["-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-I",
          os.path.join(ROOT, "firmware")]
 # The objects are the same each time, so unchanged sources need not be recompiled.
