@@ -9,8 +9,8 @@
 #include "core/invariant.h"
 
 enum {
-    CHUNK_ROWS = 8,   // made together: shared by the threads
-    MORE_ROWS = 16,   // raw rows developed ahead, so that they are seldom moved
+    CHUNK_ROWS = 8,  // made together: shared by the threads
+    MORE_ROWS = 16,  // raw rows developed ahead, so that they are seldom moved
 };
 
 static int smaller(int a, int b) {
