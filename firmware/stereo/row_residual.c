@@ -6,11 +6,7 @@
 // the images; its own of disparities, which are final.
 #include "stereo/row_residual.h"
 
-#include <math.h>
-
 #include "core/error.h"
-#include "core/invariant.h"
-#include "core/order.h"
 #include "stereo/image/reason.h"
 
 enum {
@@ -18,52 +14,62 @@ enum {
     SAMPLES_MIN = 50,
     STEP_MIN = 4,  // smallest step of the lattice, in pixels
     RADIUS = 4,    // half side of the window: 9x9
-    REACH = 3,     // rows searched up and down
+    SIDE = 2 * RADIUS + 1,
+    WINDOW = SIDE * SIDE,
+    REACH = 3,  // rows searched up and down
     MARGIN = RADIUS + REACH + 3,
     STEPS = 6,
-    FIT_ROUNDS = 10,
-    PLANE_TERMS = 3,
-    SURFACE_MAX_TERMS = 6,
-    WINDOW = (2 * RADIUS + 1) * (2 * RADIUS + 1),
+    PIXEL_Q16 = 1 << 16,
+    CONVERGED_Q32 = 43,            // square of a move that is too small to matter: 1e-4 px
+    SETTLED_Q32 = 429497,          // square of the last move of an accepted position: 0.01 px
+    SHIFT_MAX_Q16 = 2 << 16,       // along the row, from the match
+    RISE_MAX_Q16 = 3 << 15,        // across the rows, from the best whole row
+    GREY_BITS = 6,                 // fraction of resampled grey levels
+    WEIGHT_ONE = 1 << 14,          // of the interpolation
+    EIGENVALUE_MIN = 16 * WINDOW,  // (2 grey levels)^2 a pixel, of gradients that are doubled
 };
 _Static_assert((int)ROW_RESIDUAL_AROUND > (int)MARGIN, "no sample reads beyond the margin");
 
-// Cubic convolution (R. G. Keys, 1981) between p1 and p2, at t from p1.
-static double between(double p0, double p1, double p2, double p3, double t) {
-    return p1 + 0.5 * t *
-                    (p2 - p0 +
-                     t * (2.0 * p0 - 5.0 * p1 + 4.0 * p2 - p3 + t * (3.0 * (p1 - p2) + p3 - p0)));
+// Weights of cubic convolution (R. G. Keys, 1981) at t from the second of four values.
+static void cubic_weights(int t_q14, int16_t weight_q14[4]) {
+    const int t2 = (t_q14 * t_q14) >> 14;
+    const int t3 = (t2 * t_q14) >> 14;
+    weight_q14[0] = (int16_t)((2 * t2 - t_q14 - t3) >> 1);
+    weight_q14[2] = (int16_t)((t_q14 + 4 * t2 - 3 * t3) >> 1);
+    weight_q14[3] = (int16_t)((t3 - t2) >> 1);
+    weight_q14[1] = (int16_t)(WEIGHT_ONE - weight_q14[0] - weight_q14[2] - weight_q14[3]);
 }
 
 // The window around (x, y): first along the rows, then along the columns.
-static void window_at(const struct image_u8 *image, double x, double y,
-                      double window[2 * RADIUS + 1][2 * RADIUS + 1]) {
-    const int column = (int)x - RADIUS;
-    const int row = (int)y - RADIUS;
-    const double tx = x - (int)x;
-    const double ty = y - (int)y;
-    double along[2 * RADIUS + 4][2 * RADIUS + 1];
-    for (int j = 0; j < 2 * RADIUS + 4; j++) {
-        const uint8_t *p = image_u8_row(image, row - 1 + j) + column - 1;
-        for (int i = 0; i < 2 * RADIUS + 1; i++) {
-            along[j][i] = between(p[i], p[i + 1], p[i + 2], p[i + 3], tx);
+static void window_at(const struct image_u8 *image, int x_q16, int y_q16,
+                      int16_t window_q6[WINDOW]) {
+    const int column = (x_q16 >> 16) - RADIUS - 1;
+    const int row = (y_q16 >> 16) - RADIUS - 1;
+    int16_t weight[4];
+    cubic_weights((x_q16 & 0xffff) >> 2, weight);
+    int16_t along_q6[SIDE + 3][SIDE];
+    for (int j = 0; j < SIDE + 3; j++) {
+        const uint8_t *p = image_u8_row(image, row + j) + column;
+        for (int i = 0; i < SIDE; i++) {
+            const int sum = weight[0] * p[i] + weight[1] * p[i + 1] + weight[2] * p[i + 2] +
+                            weight[3] * p[i + 3];
+            along_q6[j][i] = (int16_t)((sum + (1 << 7)) >> (14 - GREY_BITS));
         }
     }
-    for (int j = 0; j < 2 * RADIUS + 1; j++) {
-        for (int i = 0; i < 2 * RADIUS + 1; i++) {
-            window[j][i] =
-                between(along[j][i], along[j + 1][i], along[j + 2][i], along[j + 3][i], ty);
+    cubic_weights((y_q16 & 0xffff) >> 2, weight);
+    for (int j = 0; j < SIDE; j++) {
+        for (int i = 0; i < SIDE; i++) {
+            const int sum = weight[0] * along_q6[j][i] + weight[1] * along_q6[j + 1][i] +
+                            weight[2] * along_q6[j + 2][i] + weight[3] * along_q6[j + 3][i];
+            window_q6[SIDE * j + i] = (int16_t)((sum + (1 << 13)) >> 14);
         }
     }
 }
 
-// Square of a move that is too small to matter.
-static const double CONVERGED_PX2 = 1e-8;
-
-static int64_t squared_difference(const struct match_input *input, int x, int y, int x_right,
-                                  int y_right) {
-    int64_t sum = 0;
-    int64_t sum2 = 0;
+static int squared_difference(const struct match_input *input, int x, int y, int x_right,
+                              int y_right) {
+    int sum = 0;
+    int sum2 = 0;
     for (int j = -RADIUS; j <= RADIUS; j++) {
         const uint8_t *left = image_u8_row(&input->left, y + j) + x;
         const uint8_t *right = image_u8_row(&input->right, y_right + j) + x_right;
@@ -76,95 +82,112 @@ static int64_t squared_difference(const struct match_input *input, int x, int y,
     return sum2 * WINDOW - sum * sum;
 }
 
-// Structure tensor of the left window, centred; false if either direction has too little texture.
-static bool textured(const struct match_input *input, int x, int y, double tensor[3]) {
-    double xx = 0.0;
-    double xy = 0.0;
-    double yy = 0.0;
-    for (int j = -RADIUS; j <= RADIUS; j++) {
-        const uint8_t *above = image_u8_row(&input->left, y + j - 1) + x;
-        const uint8_t *row = image_u8_row(&input->left, y + j) + x;
-        const uint8_t *below = image_u8_row(&input->left, y + j + 1) + x;
-        for (int i = -RADIUS; i <= RADIUS; i++) {
-            const double gx = 0.5 * (row[i + 1] - row[i - 1]);
-            const double gy = 0.5 * (below[i] - above[i]);
+// A window of the left image, its gradients, doubled, with their sums, and the inverse of their
+// structure tensor.
+struct target {
+    int16_t grey[WINDOW], gx[WINDOW], gy[WINDOW];
+    int sum_x, sum_y;
+    int inverse_xx_q40, inverse_xy_q40, inverse_yy_q40;
+};
+
+// Returns false if either direction has too little texture.
+static bool cut_target(const struct image_u8 *left, int x, int y, struct target *target) {
+    int xx = 0, xy = 0, yy = 0;
+    target->sum_x = 0;
+    target->sum_y = 0;
+    for (int j = 0; j < SIDE; j++) {
+        const uint8_t *above = image_u8_row(left, y + j - RADIUS - 1) + x - RADIUS;
+        const uint8_t *row = image_u8_row(left, y + j - RADIUS) + x - RADIUS;
+        const uint8_t *below = image_u8_row(left, y + j - RADIUS + 1) + x - RADIUS;
+        for (int i = 0; i < SIDE; i++) {
+            const int16_t gx = (int16_t)(row[i + 1] - row[i - 1]);
+            const int16_t gy = (int16_t)(below[i] - above[i]);
+            target->grey[SIDE * j + i] = (int16_t)(row[i] << GREY_BITS);
+            target->gx[SIDE * j + i] = gx;
+            target->gy[SIDE * j + i] = gy;
+            target->sum_x += gx;
+            target->sum_y += gy;
             xx += gx * gx;
             xy += gx * gy;
             yy += gy * gy;
         }
     }
-    tensor[0] = xx;
-    tensor[1] = xy;
-    tensor[2] = yy;
-    // Least eigenvalue of the tensor against 4 grey levels^2 a pixel.
-    const double half_trace = 0.5 * (xx + yy);
-    const double spread = sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
-    return half_trace - spread > 4.0 * WINDOW;
+    // The least eigenvalue is above the limit if the tensor less the limit is positive definite.
+    const int over_x = xx - EIGENVALUE_MIN, over_y = yy - EIGENVALUE_MIN;
+    if (over_x <= 0 || over_y <= 0 || (int64_t)over_x * over_y <= (int64_t)xy * xy) {
+        return false;
+    }
+    const int64_t determinant = (int64_t)xx * yy - (int64_t)xy * xy;
+    target->inverse_xx_q40 = (int)(((int64_t)yy << 40) / determinant);
+    target->inverse_xy_q40 = (int)(-((int64_t)xy * ((int64_t)1 << 40)) / determinant);
+    target->inverse_yy_q40 = (int)(((int64_t)xx << 40) / determinant);
+    return true;
 }
 
-static bool inside(const struct match_input *input, double x, double y) {
-    return x >= MARGIN && y >= MARGIN && x < input->right.width - MARGIN &&
-           y < input->right.height - MARGIN;
+static bool inside(const struct match_input *input, int x_q16, int y) {
+    return x_q16 >= MARGIN * PIXEL_Q16 && y >= MARGIN &&
+           x_q16 < (input->right.width - MARGIN) * PIXEL_Q16 && y < input->right.height - MARGIN;
+}
+
+// The step of Gauss and Newton from a window of the right image.
+static void find_move(const struct target *target, const int16_t window_q6[WINDOW], int64_t *x_q16,
+                      int64_t *y_q16) {
+    int bx = 0, by = 0, sum = 0;
+    for (int i = 0; i < WINDOW; i++) {
+        const int16_t difference = (int16_t)(window_q6[i] - target->grey[i]);
+        bx += target->gx[i] * difference;
+        by += target->gy[i] * difference;
+        sum += difference;
+    }
+    const int mean_q14 = sum * (1 << 8) / WINDOW;
+    const int64_t rest_x = bx - (((int64_t)target->sum_x * mean_q14) >> 8);
+    const int64_t rest_y = by - (((int64_t)target->sum_y * mean_q14) >> 8);
+    // Gradients and their products are 2 and 4 times what they stand for.
+    enum { SHIFT = 40 + GREY_BITS - 1 - 16 };
+    *x_q16 = -(target->inverse_xx_q40 * rest_x + target->inverse_xy_q40 * rest_y) >> SHIFT;
+    *y_q16 = -(target->inverse_xy_q40 * rest_x + target->inverse_yy_q40 * rest_y) >> SHIFT;
+}
+
+static bool is_below(int64_t value, int limit) {
+    return value < limit && value > -limit;
 }
 
 // Aligns the window at (x, y) with the right image near (x_right, y + start). The gradient is that
 // of the left window, so its tensor serves all steps. Returns false if it does not converge.
-static bool align(const struct match_input *input, int x, int y, double x_right, double start,
-                  const double tensor[3], double *vertical_px) {
-    const double determinant = tensor[0] * tensor[2] - tensor[1] * tensor[1];
-    double dx = 0.0;
-    double dy = start;
-    double last = 1.0;
-    for (int step = 0; step < STEPS && last > CONVERGED_PX2; step++) {
-        double window[2 * RADIUS + 1][2 * RADIUS + 1];
-        window_at(&input->right, x_right + dx, y + dy, window);
-        double bx = 0.0;
-        double by = 0.0;
-        double mean = 0.0;
-        double sum_x = 0.0;
-        double sum_y = 0.0;
-        for (int j = -RADIUS; j <= RADIUS; j++) {
-            const uint8_t *row = image_u8_row(&input->left, y + j) + x;
-            const uint8_t *above = image_u8_row(&input->left, y + j - 1) + x;
-            const uint8_t *below = image_u8_row(&input->left, y + j + 1) + x;
-            for (int i = -RADIUS; i <= RADIUS; i++) {
-                const double gx = 0.5 * (row[i + 1] - row[i - 1]);
-                const double gy = 0.5 * (below[i] - above[i]);
-                const double difference = window[RADIUS + j][RADIUS + i] - row[i];
-                bx += gx * difference;
-                by += gy * difference;
-                mean += difference;
-                sum_x += gx;
-                sum_y += gy;
-            }
-        }
-        bx -= sum_x * mean / WINDOW;
-        by -= sum_y * mean / WINDOW;
-        const double move_x = -(tensor[2] * bx - tensor[1] * by) / determinant;
-        const double move_y = -(tensor[0] * by - tensor[1] * bx) / determinant;
-        dx += move_x;
-        dy += move_y;
-        last = move_x * move_x + move_y * move_y;
-        if (!(dx * dx < 4.0 && (dy - start) * (dy - start) < 2.25)) {
+static bool align(const struct image_u8 *right, const struct target *target, int x_right_q16, int y,
+                  int start, int *vertical_q16) {
+    int dx_q16 = 0;
+    int dy_q16 = 0;  // from `start`
+    int64_t last_q32 = INT64_MAX;
+    for (int step = 0; step < STEPS && last_q32 > CONVERGED_Q32; step++) {
+        int16_t window_q6[WINDOW];
+        window_at(right, x_right_q16 + dx_q16, (y + start) * PIXEL_Q16 + dy_q16, window_q6);
+        int64_t move_x, move_y;
+        find_move(target, window_q6, &move_x, &move_y);
+        if (!is_below(dx_q16 + move_x, SHIFT_MAX_Q16) || !is_below(dy_q16 + move_y, RISE_MAX_Q16)) {
             return false;
         }
+        dx_q16 += (int)move_x;
+        dy_q16 += (int)move_y;
+        last_q32 = move_x * move_x + move_y * move_y;
     }
-    *vertical_px = dy;
-    return last < 0.01 * 0.01;
+    *vertical_q16 = start * PIXEL_Q16 + dy_q16;
+    return last_q32 < SETTLED_Q32;
 }
 
 static bool measure(const struct match_input *input, const struct match_output *output, int x,
-                    int y, double *vertical_px) {
-    const double x_right = x - image_i32_row(&output->disparity_q8, y)[x] / 256.0;
-    double tensor[3];
-    if (!inside(input, x_right, y) || !inside(input, x, y) || !textured(input, x, y, tensor)) {
+                    int y, int *vertical_q16) {
+    const int x_right_q16 = x * PIXEL_Q16 - image_i32_row(&output->disparity_q8, y)[x] * 256;
+    struct target target;
+    if (!inside(input, x_right_q16, y) || !inside(input, x * PIXEL_Q16, y) ||
+        !cut_target(&input->left, x, y, &target)) {
         return false;
     }
-    const int nearest = (int)(x_right + 0.5);
+    const int nearest = (x_right_q16 + PIXEL_Q16 / 2) >> 16;
     int best = 0;
-    int64_t lowest = INT64_MAX;
+    int lowest = INT32_MAX;
     for (int dy = -REACH; dy <= REACH; dy++) {
-        const int64_t cost = squared_difference(input, x, y, nearest, y + dy);
+        const int cost = squared_difference(input, x, y, nearest, y + dy);
         if (cost < lowest) {
             lowest = cost;
             best = dy;
@@ -174,150 +197,28 @@ static bool measure(const struct match_input *input, const struct match_output *
     if (best == REACH || best == -REACH) {
         return false;
     }
-    return align(input, x, y, x_right, best, tensor, vertical_px) && *vertical_px > -REACH &&
-           *vertical_px < REACH;
-}
-
-// A polynomial over the image: offset, slopes, and with SURFACE_MAX_TERMS its curvature and twist.
-struct surface {
-    int terms, width, height;
-    double factor[SURFACE_MAX_TERMS];
-};
-
-static void basis_at(const struct surface *surface, const struct row_residual_sample *sample,
-                     double basis[SURFACE_MAX_TERMS]) {
-    const double u = (sample->x - surface->width / 2) / (double)surface->width;
-    const double v = (sample->y - surface->height / 2) / (double)surface->height;
-    basis[0] = 1.0;
-    basis[1] = u;
-    basis[2] = v;
-    basis[3] = u * u;
-    basis[4] = u * v;
-    basis[5] = v * v;
-}
-
-static double value_of(const struct surface *surface, const struct row_residual_sample *sample) {
-    double basis[SURFACE_MAX_TERMS];
-    basis_at(surface, sample, basis);
-    INVARIANT(surface->terms <= SURFACE_MAX_TERMS);
-    double value = 0.0;
-    for (int i = 0; i < surface->terms; i++) {
-        value += surface->factor[i] * basis[i];
-    }
-    return value;
-}
-
-struct normal_equations {
-    double a[SURFACE_MAX_TERMS][SURFACE_MAX_TERMS], b[SURFACE_MAX_TERMS];
-};
-
-// Solves a symmetric system of equations by elimination, overwriting it; false if it is close to
-// singular.
-static bool solve(struct normal_equations *n, int terms, double result[SURFACE_MAX_TERMS]) {
-    double share = 1.0;
-    for (int i = 0; i < terms; i++) {
-        const double diagonal = n->a[i][i];
-        for (int k = 0; k < i; k++) {
-            const double factor = n->a[i][k] / n->a[k][k];
-            for (int j = k; j < terms; j++) {
-                n->a[i][j] -= factor * n->a[k][j];
-            }
-            n->b[i] -= factor * n->b[k];
-        }
-        share *= n->a[i][i] / diagonal;
-        if (!(diagonal > 0.0 && share > 1e-9)) {
-            return false;
-        }
-    }
-    for (int i = terms - 1; i >= 0; i--) {
-        double rest = n->b[i];
-        for (int j = i + 1; j < terms; j++) {
-            rest -= n->a[i][j] * result[j];
-        }
-        result[i] = rest / n->a[i][i];
-    }
-    return true;
-}
-
-static double magnitude(double value) {
-    return value < 0.0 ? -value : value;
-}
-
-static double quantile(float *work, int count, double share) {
-    return (double)order_statistic(work, count, (int)(share * (count - 1)));
-}
-
-// Reweighted least squares with Cauchy weights; its scale is the residuals' median. Returns that
-// scale.
-static double fit(const struct row_residual_sample *samples, int count, float *work,
-                  struct surface *surface) {
-    for (int i = 0; i < count; i++) {
-        work[i] = samples[i].vertical_px;
-    }
-    surface->factor[0] = quantile(work, count, 0.5);
-    double scale = 0.0;
-    for (int round = 0; round < FIT_ROUNDS; round++) {
-        for (int i = 0; i < count; i++) {
-            work[i] = (float)magnitude(samples[i].vertical_px - value_of(surface, &samples[i]));
-        }
-        scale = 1.4826 * quantile(work, count, 0.5) + 1e-3;
-        struct normal_equations n = {{{0}}, {0}};
-        for (int i = 0; i < count; i++) {
-            const double r =
-                (samples[i].vertical_px - value_of(surface, &samples[i])) / (2 * scale);
-            const double weight = 1.0 / (1.0 + r * r);
-            double basis[SURFACE_MAX_TERMS];
-            basis_at(surface, &samples[i], basis);
-            for (int j = 0; j < surface->terms; j++) {
-                for (int k = 0; k < surface->terms; k++) {
-                    n.a[j][k] += weight * basis[j] * basis[k];
-                }
-                n.b[j] += weight * basis[j] * (double)samples[i].vertical_px;
-            }
-        }
-        double solution[SURFACE_MAX_TERMS];
-        if (!solve(&n, surface->terms, solution)) {
-            break;
-        }
-        for (int j = 0; j < surface->terms; j++) {
-            surface->factor[j] = solution[j];
-        }
-    }
-    return scale;
-}
-
-// The model that triangulation subtracts, and how large it and its curvature are at the samples.
-static void fit_trend(const struct row_residual_sample *samples, int count, int width, int height,
-                      float *work, struct triangulate_vertical *vertical) {
-    struct surface plane = {.terms = PLANE_TERMS, .width = width, .height = height};
-    vertical->rms_px = fit(samples, count, work, &plane);
-    vertical->offset_px = plane.factor[0];
-    vertical->slope_x = plane.factor[1] / width;
-    vertical->slope_y = plane.factor[2] / height;
-    struct surface curved = {.terms = SURFACE_MAX_TERMS, .width = width, .height = height};
-    (void)fit(samples, count, work, &curved);
-    for (int i = 0; i < count; i++) {
-        work[i] = (float)magnitude(value_of(&plane, &samples[i]));
-    }
-    vertical->trend_px = quantile(work, count, 0.95);
-    for (int i = 0; i < count; i++) {
-        work[i] = (float)magnitude(value_of(&curved, &samples[i]) - value_of(&plane, &samples[i]));
-    }
-    vertical->curve_px = quantile(work, count, 0.95);
+    return align(&input->right, &target, x_right_q16, y, best, vertical_q16) &&
+           is_below(*vertical_q16, REACH * PIXEL_Q16);
 }
 
 // Adds the textured matches of the lattice's rows below `end`; at most SAMPLES_MAX.
 static void sample_rows(struct row_residual *residual, int end) {
     const struct match_input *input = residual->input;
-    for (; residual->next_y < end; residual->next_y += residual->step) {
+    const int step = residual->step;
+    const int middle_x = input->left.width / 2 / step;
+    const int middle_y = input->left.height / 2 / step;
+    for (; residual->next_y < end; residual->next_y += step) {
         const int y = residual->next_y;
         const uint8_t *reason = image_u8_row(&residual->output->reason, y);
-        for (int x = residual->step / 2; x < input->left.width && residual->count < SAMPLES_MAX;
-             x += residual->step) {
-            double vertical_px;
-            if (reason[x] == REASON_VALID && measure(input, residual->output, x, y, &vertical_px)) {
-                residual->samples[residual->count++] =
-                    (struct row_residual_sample){(int16_t)x, (int16_t)y, (float)vertical_px};
+        for (int x = step / 2; x < input->left.width && residual->count < SAMPLES_MAX; x += step) {
+            int vertical_q16;
+            if (reason[x] == REASON_VALID &&
+                measure(input, residual->output, x, y, &vertical_q16)) {
+                residual->samples[residual->count++] = (struct row_sample){
+                    .x = (int16_t)(x / step - middle_x),
+                    .y = (int16_t)(y / step - middle_y),
+                    .vertical_q12 = (int16_t)((vertical_q16 + 8) >> 4),
+                };
             }
         }
     }
@@ -371,17 +272,24 @@ void row_residual_finish(struct row_residual *residual, struct triangulate_verti
     if (count < SAMPLES_MIN) {
         return;
     }
-    float *work = residual->work;
-    for (int i = 0; i < count; i++) {
-        work[i] = (float)magnitude((double)residual->samples[i].vertical_px);
-    }
-    vertical->median_px = quantile(work, count, 0.5);
-    vertical->p95_px = quantile(work, count, 0.95);
-    fit_trend(residual->samples, count, residual->input->left.width, residual->input->left.height,
-              work, vertical);
+    struct row_trend trend;
+    row_trend_fit(residual->samples, count, residual->work, &trend);
+    const int step = residual->step;
+    vertical->slope_x = trend.plane_px[1] / step;
+    vertical->slope_y = trend.plane_px[2] / step;
+    // From the lattice's middle to the image's.
+    const struct image_u8 *left = &residual->input->left;
+    vertical->offset_px = trend.plane_px[0] +
+                          vertical->slope_x * (left->width / 2 % step - step / 2) +
+                          vertical->slope_y * (left->height / 2 % step - step / 2);
+    vertical->rms_px = trend.scatter_px;
+    vertical->median_px = trend.median_px;
+    vertical->p95_px = trend.p95_px;
+    vertical->trend_px = trend.plane_p95_px;
+    vertical->curve_px = trend.curve_p95_px;
 }
 
 size_t row_residual_need_bytes(void) {
-    return arena_need_bytes(SAMPLES_MAX, sizeof(struct row_residual_sample)) +
-           arena_need_bytes(SAMPLES_MAX, sizeof(float));
+    return arena_need_bytes(SAMPLES_MAX, sizeof(struct row_sample)) +
+           arena_need_bytes(SAMPLES_MAX, sizeof(int16_t));
 }

@@ -5,6 +5,7 @@
 
 #include "stereo/geometry/triangulate.h"
 #include "stereo/match/match.h"
+#include "stereo/row_trend.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -12,17 +13,12 @@ extern "C" {
 
 enum { ROW_RESIDUAL_AROUND = 11 };  // rows of the images that a sample needs above and below
 
-struct row_residual_sample {
-    int16_t x, y;
-    float vertical_px;
-};
-
 /// A measurement in progress. The members are its own.
 struct row_residual {
     const struct match_input *input;
     const struct match_output *output;
-    struct row_residual_sample *samples;
-    float *work;
+    struct row_sample *samples;
+    int16_t *work;
     int count, step, next_y;
 };
 
