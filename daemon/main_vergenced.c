@@ -269,7 +269,7 @@ static void join_parts(struct program *self, const struct rig_ports *inner) {
     struct daemon *daemon = &self->daemon;
     struct backends *backends = &self->backends;
     struct rig_ports ports = {0};
-    daemon->table = commands_all(&daemon->table_count);
+    daemon->table = commands_all();
     daemon->store = backends_store(backends, self->store_open ? &self->store.hal : NULL);
     daemon->watchdog =
         backends_watchdog(backends, self->watchdog_open ? &self->watchdog.hal : NULL);
@@ -453,12 +453,11 @@ static int print_manual(const char *argument) {
     if (!console && strcmp(argument, "--help-words") != 0) {
         return OPTIONS_CONTINUE;
     }
-    size_t count = 0;
-    const struct command *table = commands_all(&count);
+    const struct command_table table = commands_all();
     if (console) {
-        manuals_print_console(stdout, table, count);
+        manuals_print_console(stdout, table.rows, table.count);
     } else {
-        manuals_print_completion(stdout, table, count);
+        manuals_print_completion(stdout, table.rows, table.count);
         shell_completion_options(stdout, &page);
     }
     return CLIENT_OK;

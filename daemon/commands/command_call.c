@@ -97,7 +97,7 @@ static int give(const struct command_call *call, const struct command *table, si
 int command_give(const struct command_call *call, const char *line,
                  const struct command_reply *reply) {
     const struct daemon *daemon = daemon_of(call);
-    return give(call, daemon->table, daemon->table_count, line, reply);
+    return give(call, daemon->table.rows, daemon->table.count, line, reply);
 }
 
 int command_give_rig(const struct command_call *call, const char *line,

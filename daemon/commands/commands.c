@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "console/commands.h"
+#include "console/line/commands_help.h"
 
 enum { COMMANDS_MAX = 64 };
 
@@ -36,23 +37,23 @@ static void adapt(struct command *command) {
     }
 }
 
-const struct command *commands_all(size_t *count) {
+struct command_table commands_all(void) {
 #define TABLE(name) commands_##name##_table,
-    static const struct command *(*const tables[])(size_t *) = {COMMAND_MODULES(TABLE)
-                                                                    command_rig_table};
+    static const struct command *(*const tables[])(size_t *) = {
+        COMMAND_MODULES(TABLE) command_help_table, command_rig_table};
 #undef TABLE
     static struct command all[COMMANDS_MAX];
-    *count = 0;
+    size_t count = 0;
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
         size_t more = 0;
         const struct command *table = tables[i](&more);
-        INVARIANT(*count + more <= COMMANDS_MAX);
-        memcpy(all + *count, table, more * sizeof *all);
-        *count += more;
+        INVARIANT(count + more <= COMMANDS_MAX);
+        memcpy(all + count, table, more * sizeof *all);
+        count += more;
     }
-    for (size_t i = 0; i < *count; i++) {
+    for (size_t i = 0; i < count; i++) {
         adapt(&all[i]);
     }
-    qsort(all, *count, sizeof *all, by_name);
-    return all;
+    qsort(all, count, sizeof *all, by_name);
+    return (struct command_table){all, count};
 }

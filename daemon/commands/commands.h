@@ -25,7 +25,7 @@ COMMAND_MODULES(COMMANDS_DECLARE)
 enum { STORE_CALIBRATION_BYTES = 384 * 1024 };
 
 /// The rig's commands and those of all modules, by name. Static storage.
-const struct command *commands_all(size_t *count);
+struct command_table commands_all(void);
 
 /// Formats the message of a call as by printf, control characters replaced. Returns `error`, < 0.
 int command_fail(const struct command_call *call, int error, const char *format, ...)

@@ -8,8 +8,7 @@
 
 #include "console/command_text.h"
 #include "console/command_words.h"
-#include "console/line/completion.h"
-#include "console/line/editor.h"
+#include "console/line/commands_help.h"
 #include "daemon/backends/linux/v4l2_camera.h"
 #include "daemon/base/memory.h"
 #include "daemon/base/monotonic.h"
@@ -22,69 +21,6 @@
 enum { LOG_DEFAULT_LINES = 20 };
 
 static const double us_per_s = 1e6;
-
-static void describe_argument(const struct command_call *call,
-                              const struct command_argument *argument) {
-    reply_group_begin(call, argument->name, false);
-    reply_text(call, "meaning", argument->help);
-    char expected[160];
-    struct command_text text = command_text_begin(expected, sizeof expected);
-    command_expected(argument, &text);
-    reply_text(call, "expected", expected);
-    if (argument->optional || command_argument_is_option(argument)) {
-        reply_text(call, "optional", "yes");
-    }
-    reply_group_end(call);
-}
-
-static const struct {
-    const char *name;
-    unsigned flags;
-} help_groups[] = {{"look", COMMAND_GROUP_LOOK},   {"move", COMMAND_GROUP_MOVE},
-                   {"light", COMMAND_GROUP_LIGHT}, {"measure", COMMAND_GROUP_MEASURE},
-                   {"files", COMMAND_GROUP_FILES}, {"service", COMMAND_GROUP_SERVICE}};
-
-/// Lists the commands that have these of the flags in the mask.
-static void list_group(const struct command_call *call, const char *name, unsigned mask,
-                       unsigned flags) {
-    const struct daemon *daemon = daemon_of(call);
-    reply_group_begin(call, name, false);
-    for (size_t i = 0; i < daemon->table_count; i++) {
-        if ((daemon->table[i].flags & mask) == flags) {
-            reply_text(call, daemon->table[i].name, daemon->table[i].summary);
-        }
-    }
-    reply_group_end(call);
-}
-
-static int run_help(const struct command_call *call) {
-    struct daemon *daemon = daemon_of(call);
-    if (!call->values[0].given) {
-        list_group(call, "daily", COMMAND_DAILY, COMMAND_DAILY);
-        for (size_t i = 0; i < sizeof help_groups / sizeof help_groups[0]; i++) {
-            list_group(call, help_groups[i].name, COMMAND_GROUPS | COMMAND_DAILY,
-                       help_groups[i].flags);
-        }
-        return 0;
-    }
-    const char *name = call->values[0].text;
-    const struct command *command = command_find(daemon->table, daemon->table_count, name);
-    if (command == NULL) {
-        struct command_text message = command_text_begin(call->message, call->message_bytes);
-        return command_unknown(daemon->table, daemon->table_count, name, &message);
-    }
-    char usage[COMMAND_USAGE_BYTES];
-    command_usage(command, usage, sizeof usage);
-    reply_text(call, "usage", usage);
-    reply_text(call, "does", command->summary);
-    for (unsigned i = 0; i < command->argument_count; i++) {
-        describe_argument(call, &command->arguments[i]);
-    }
-    if (command->help[0] != '\0') {
-        reply_text(call, "more", command->help);
-    }
-    return 0;
-}
 
 static int run_version(const struct command_call *call) {
     reply_text(call, "version", version_text());
@@ -281,7 +217,7 @@ static int run_watch(const struct command_call *call) {
     const struct command *command = NULL;
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
-    const int error = command_parse(line, daemon->table, daemon->table_count, storage, values,
+    const int error = command_parse(line, daemon->table.rows, daemon->table.count, storage, values,
                                     &command, call->message, call->message_bytes);
     if (error != ERROR_OK) {
         return error;
@@ -303,47 +239,11 @@ static int run_quit(const struct command_call *call) {
     return 0;
 }
 
-static int run_complete(const struct command_call *call) {
-    char words[EDITOR_WORDS_BYTES];
-    const struct daemon *daemon = daemon_of(call);
-    completion_words(daemon->table, daemon->table_count, daemon, call->values[0].text, words,
-                     sizeof words);
-    if (words[0] != '\0') {
-        reply_text(call, "words", words);
-    }
-    return 0;
-}
-
-static void add_commands(const struct command_candidates *to) {
-    const struct daemon *daemon = to->context;
-    for (size_t i = 0; i < daemon->table_count; i++) {
-        to->add(to->self, daemon->table[i].name);
-    }
-}
-
 static void add_keys(const struct command_candidates *to) {
     for (size_t i = 0; i < config_key_count(); i++) {
         to->add(to->self, config_key_name(i));
     }
 }
-
-static const struct command_argument complete_arguments[] = {
-    {.name = "LINE",
-     .kind = COMMAND_TEXT,
-     .min = 0,
-     .max = 400,
-     .help = "the line as typed so far, in quotes"},
-};
-
-static const struct command_argument help_arguments[] = {
-    {.name = "COMMAND",
-     .kind = COMMAND_TEXT,
-     .min = 1,
-     .max = 32,
-     .optional = true,
-     .help = "the command to explain; default: list all",
-     .candidates = add_commands},
-};
 
 static const struct command_argument config_arguments[] = {
     {.name = "KEY",
@@ -377,7 +277,7 @@ static const struct command_argument watch_arguments[] = {
      .min = 1,
      .max = 400,
      .help = "the command to repeat, in quotes if it has arguments",
-     .candidates = add_commands},
+     .candidates = commands_help_candidates},
     {.name = "count",
      .kind = COMMAND_INTEGER,
      .min = 1,
@@ -386,24 +286,6 @@ static const struct command_argument watch_arguments[] = {
 };
 
 static const struct command commands[] = {
-    {.name = "help",
-     .summary = "list the commands, or explain one",
-     .help = "Arguments in brackets are optional; those with = are options, given by name in any "
-             "order: reconstruct scene near=500 far=2000. Numbers may have a unit of their kind: "
-             "focus 1.8 m, near=50cm, exposure 10 ms, exposure 1/100, zoom 5x, iris f/8. An answer "
-             "ends with OK, or with ERR, an error code and a message. Ctrl-C cancels the running "
-             "command.",
-     .arguments = help_arguments,
-     .argument_count = 1,
-     .flags = COMMAND_NO_RIG,
-     .run = run_help},
-    {.name = "complete",
-     .summary = "list possible continuations of a line, as Tab does",
-     .help = "For terminals. A word that ends in / or = is incomplete.",
-     .arguments = complete_arguments,
-     .argument_count = 1,
-     .flags = COMMAND_NO_RIG,
-     .run = run_complete},
     {.name = "version",
      .summary = "show the version and build of the daemon",
      .help = "The build is the output of git describe.",

@@ -33,7 +33,7 @@ static void complete(void *cookie, const char *typed, char *words) {
     const struct connection *self = cookie;
     const struct daemon *daemon = self->dispatch->daemon;
     // Uses only what never changes: the workers run in other threads.
-    completion_words(daemon->table, daemon->table_count, daemon, typed, words, EDITOR_WORDS_BYTES);
+    completion_words(&daemon->table, daemon, typed, words, EDITOR_WORDS_BYTES);
 }
 
 bool connection_init(struct connection *self, struct dispatch *dispatch, int wake_fd) {

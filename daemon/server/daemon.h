@@ -146,8 +146,7 @@ struct daemon_view {
 /// Use static storage: it is large, and must not move.
 struct daemon {
     struct config config;
-    const struct command *table;  ///< all commands, by name
-    size_t table_count;
+    struct command_table table;  ///< all commands, by name
     struct log_ring log_ring;
     struct hal_log log;                            ///< writes to `log_ring`
     const struct hal_store *store;                 ///< NULL: nothing can be saved

@@ -18,7 +18,7 @@ int dispatch_parse(struct dispatch *self, const char *line, struct job *job, cha
                    size_t message_bytes) {
     const struct daemon *daemon = self->daemon;
     snprintf(job->line, sizeof job->line, "%s", line);
-    return command_parse(line, daemon->table, daemon->table_count, job->storage, job->values,
+    return command_parse(line, daemon->table.rows, daemon->table.count, job->storage, job->values,
                          &job->command, message, message_bytes);
 }
 

@@ -172,6 +172,7 @@ static void run(struct worker *self, struct job *job) {
         .reply = &self->reply.items,
         .message = message,
         .message_bytes = sizeof message,
+        .table = self->daemon->table,
         .context = self->daemon,
         .job = job,
     };

@@ -31,7 +31,7 @@ static void put(void *context, const void *data, size_t bytes) {
 
 static void complete(void *context, const char *typed, char *words) {
     const struct bf537_console *self = context;
-    completion_words(self->table, self->table_count, NULL, typed, words, EDITOR_WORDS_BYTES);
+    completion_words(&self->table, self, typed, words, EDITOR_WORDS_BYTES);
 }
 
 // ---- a running command
@@ -78,6 +78,7 @@ static void run(struct bf537_console *self, const struct request *request,
                                       .reply = &self->reply.items,
                                       .message = self->message,
                                       .message_bytes = sizeof self->message,
+                                      .table = self->table,
                                       .context = self,
                                       .line = request->command};
     self->cancelled = false;
@@ -132,7 +133,7 @@ static void take_line(struct bf537_console *self, const char *line) {
         return;
     }
     if (error == ERROR_OK) {
-        error = command_parse(request.command, self->table, self->table_count, self->storage,
+        error = command_parse(request.command, self->table.rows, self->table.count, self->storage,
                               self->values, &command, self->message, sizeof self->message);
     }
     if (error != ERROR_OK) {
@@ -190,12 +191,11 @@ void bf537_console_step(struct bf537_console *self) {
 }
 
 void bf537_console_begin(struct bf537_console *self, struct bf537_serial *serial, struct rig *rig,
-                         const struct command *table, size_t table_count) {
+                         struct command_table table) {
     memset(self, 0, sizeof *self);
     self->serial = serial;
     self->rig = rig;
     self->table = table;
-    self->table_count = table_count;
     reply_init(&self->reply);
     editor_init(&self->editor, send, complete, self, prompt);
     send_text(self, "vergence: \"help\" lists the commands\r\n");

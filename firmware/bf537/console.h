@@ -18,8 +18,7 @@
 struct bf537_console {
     struct bf537_serial *serial;
     struct rig *rig;
-    const struct command *table;
-    size_t table_count;
+    struct command_table table;
     struct editor editor;
     struct reply reply;
     bool program;  ///< a program sends lines, without an editor
@@ -38,7 +37,7 @@ struct bf537_console {
 
 /// Begins, with a prompt. The rig's observer is bf537_console_observer.
 void bf537_console_begin(struct bf537_console *self, struct bf537_serial *serial, struct rig *rig,
-                         const struct command *table, size_t table_count);
+                         struct command_table table);
 struct rig_observer bf537_console_observer(struct bf537_console *self);
 /// Handles what has been received; runs the commands in it to their ends.
 void bf537_console_step(struct bf537_console *self);

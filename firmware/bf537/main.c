@@ -4,6 +4,7 @@
 #include <stdint.h>
 
 #include "bf537/clock.h"
+#include "bf537/commands.h"
 #include "bf537/console.h"
 #include "bf537/fault.h"
 #include "bf537/flags.h"
@@ -12,7 +13,6 @@
 #include "bf537/serial.h"
 #include "bf537/twi.h"
 #include "bf537/watchdog.h"
-#include "console/command.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/base/profile.h"
@@ -63,8 +63,6 @@ _Noreturn void bf537_main(void) {
     static const struct hal_log_operations log_operations = {write_log};
     static const struct hal_log log = {&log_operations, NULL};
     struct rig_profile profile;
-    size_t table_count;
-    const struct command *table = command_rig_table(&table_count);
     const int error = rig_profile_named("rig", &profile);
     INVARIANT(error == ERROR_OK);
     bf537_serial_open(&console_serial, UART0, CONSOLE_BAUD);
@@ -81,7 +79,7 @@ _Noreturn void bf537_main(void) {
     const struct rig_observer observer = bf537_console_observer(&console);
     rig_init(&rig, &profile, &ports, &observer);
     bf537_watchdog_start();
-    bf537_console_begin(&console, &console_serial, &rig, table, table_count);
+    bf537_console_begin(&console, &console_serial, &rig, bf537_commands());
     for (;;) {
         bf537_console_step(&console);
         rig_idle(&rig);

@@ -19,6 +19,7 @@ extern "C" {
 #endif
 
 struct rig;
+struct command;
 
 enum {
     COMMAND_ARGUMENTS_MAX = 40,
@@ -34,12 +35,19 @@ enum command_kind {
     COMMAND_TEXT,     ///< a word, or "quoted words"
 };
 
+/// All commands of a console.
+struct command_table {
+    const struct command *rows;
+    size_t count;
+};
+
 /// A request for the values that an argument accepts, for completion.
 struct command_candidates {
     const char *begun;         ///< the prefix typed so far; other words are ignored
     const char *const *words;  ///< the words before it, from the command's name on
     size_t count;
     const void *context;  ///< the same as in struct command_call
+    struct command_table table;
     /// Adds a word, which is copied.
     void (*add)(void *self, const char *word);
     void *self;
@@ -110,9 +118,10 @@ struct command_call {
     const struct command_reply *reply;   ///< NULL: the answer is discarded
     char *message;                       ///< one line of text for an error, size below; "": not set
     size_t message_bytes;
-    void *context;     ///< context of the table's owner: files, sessions, configuration
-    void *job;         ///< the owner's record of this call
-    const char *line;  ///< the call as it was entered; NULL: not known
+    struct command_table table;  ///< that of this command
+    void *context;               ///< context of the table's owner: files, sessions, configuration
+    void *job;                   ///< the owner's record of this call
+    const char *line;            ///< the call as it was entered; NULL: not known
 };
 
 /// Add items to the answer: see struct command_reply_operations.

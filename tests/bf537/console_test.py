@@ -97,7 +97,8 @@ class Console(unittest.TestCase):
         self.assertRegex(board.type("zoom 3x"), r"(?s)magnification: (2\.9|3\.0)\d x.*\nOK")
         self.assertRegex(board.type("pan 300"), r"ERR RANGE pan: ANGLE \"300\" is too large")
         self.assertRegex(board.type("statsu"), r"ERR ARGUMENT unknown command .*did you mean \"status\"")
-        board.type("safe")
+        self.assertRegex(board.type("help pan"), r"(?s)usage: pan .*\nOK")
+        self.assertRegex(board.type("board"), r"(?s)started: power on or reset\n.*stack_used: [1-9]\d* bytes.*\nOK")
 
     def test_what_is_missing_is_named(self):
         board = self.board()

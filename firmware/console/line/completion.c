@@ -10,6 +10,8 @@
 struct list {
     struct command_text text;
     const char *begun;
+    const struct command_table *table;
+    const void *context;
 };
 
 static void add(void *cookie, const char *word) {
@@ -25,7 +27,7 @@ static void add(void *cookie, const char *word) {
 
 /// Adds the values of an argument, each after `before`: "side=" of an option.
 static void add_values(const struct command_argument *argument, const char *before,
-                       const struct command_words *words, const void *context, struct list *list) {
+                       const struct command_words *words, struct list *list) {
     char word[COMMAND_CHOICE_MAX];
     const char *choices = argument->kind == COMMAND_FLAG ? "yes" : argument->choices;
     for (int i = 0; choices != NULL && command_words_choice_at(choices, i, word); i++) {
@@ -36,15 +38,20 @@ static void add_values(const struct command_argument *argument, const char *befo
         add(list, whole);
     }
     if (choices == NULL && argument->candidates != NULL) {
-        const struct command_candidates candidates = {list->begun, words->word, words->count,
-                                                      context,     add,         list};
+        const struct command_candidates candidates = {.begun = list->begun,
+                                                      .words = words->word,
+                                                      .count = words->count,
+                                                      .context = list->context,
+                                                      .table = *list->table,
+                                                      .add = add,
+                                                      .self = list};
         argument->candidates(&candidates);
     }
 }
 
 /// Adds what may follow the words: the next operand, and options.
 static void add_arguments(const struct command *command, const struct command_words *words,
-                          const void *context, struct list *list) {
+                          struct list *list) {
     const struct command_parser parser = {.command = command->name, .dashes = ""};
     size_t operands = 0;
     for (size_t i = 1; i < words->count; i++) {
@@ -54,7 +61,7 @@ static void add_arguments(const struct command *command, const struct command_wo
         const struct command_argument *argument = &command->arguments[i];
         if (!command_argument_is_option(argument)) {
             if (operands-- == 0) {
-                add_values(argument, "", words, context, list);
+                add_values(argument, "", words, list);
             }
             continue;
         }
@@ -63,16 +70,16 @@ static void add_arguments(const struct command *command, const struct command_wo
         command_text_add(&text, argument->name);
         command_text_add(&text, "=");
         if (strncmp(list->begun, name, strlen(name)) == 0) {
-            add_values(argument, name, words, context, list);
+            add_values(argument, name, words, list);
         } else {
             add(list, name);
         }
     }
 }
 
-void completion_words(const struct command *table, size_t count, const void *context,
-                      const char *typed, char *words, size_t bytes) {
-    struct list list = {command_text_begin(words, bytes), typed};
+void completion_words(const struct command_table *table, const void *context, const char *typed,
+                      char *words, size_t bytes) {
+    struct list list = {command_text_begin(words, bytes), typed, table, context};
     char before[COMMAND_LINE_MAX + 1];
     char storage[COMMAND_LINE_MAX + 1];
     struct command_words found;
@@ -89,13 +96,13 @@ void completion_words(const struct command *table, size_t count, const void *con
         return;
     }
     if (found.count == 0) {
-        for (size_t i = 0; i < count; i++) {
-            add(&list, table[i].name);
+        for (size_t i = 0; i < table->count; i++) {
+            add(&list, table->rows[i].name);
         }
         return;
     }
-    const struct command *command = command_find(table, count, found.word[0]);
+    const struct command *command = command_find(table->rows, table->count, found.word[0]);
     if (command != NULL) {
-        add_arguments(command, &found, context, &list);
+        add_arguments(command, &found, &list);
     }
 }

@@ -14,8 +14,8 @@ extern "C" {
 /// Writes the possible completions of `typed`, a line up to the cursor, to `words`: separated by
 /// blanks, as many as fit. They all begin with the last word of `typed`. Words that would need
 /// quotes are omitted. `context`: for the arguments of the table's commands.
-void completion_words(const struct command *table, size_t count, const void *context,
-                      const char *typed, char *words, size_t bytes);
+void completion_words(const struct command_table *table, const void *context, const char *typed,
+                      char *words, size_t bytes);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bf537/commands.h"
+
+#include <string.h>
+
+#include "bf537/clock.h"
+#include "bf537/console.h"
+#include "bf537/fault.h"
+#include "console/line/commands_help.h"
+#include "core/error.h"
+#include "core/invariant.h"
+
+enum { COMMANDS_MAX = 40 };
+
+static const double us_per_s = 1e6;
+
+static int run_board(const struct command_call *call) {
+    const struct bf537_console *console = call->context;
+    reply_text(call, "started", bf537_fault_last());
+    reply_number(call, "up", (double)bf537_now_us() / us_per_s, 1, "s");
+    reply_number(call, "stack", (double)bf537_stack_bytes(), 0, "bytes");
+    reply_number(call, "stack_used", (double)bf537_stack_used_bytes(), 0, "bytes");
+    reply_number(call, "console_overruns", (double)console->serial->lost, 0, NULL);
+    return ERROR_OK;
+}
+
+static const struct command *board_table(size_t *count) {
+    static const struct command commands[] = {
+        {.name = "board",
+         .summary = "show why the board was started, and the deepest use of its stack",
+         .help = "After a fault, \"started\" is the reason that was reported then.",
+         .flags = COMMAND_NO_RIG,
+         .run = run_board},
+    };
+    *count = sizeof commands / sizeof commands[0];
+    return commands;
+}
+
+struct command_table bf537_commands(void) {
+    static const struct command *(*const tables[])(size_t *) = {board_table, command_help_table,
+                                                                command_rig_table};
+    static struct command all[COMMANDS_MAX];
+    size_t count = 0;
+    for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
+        size_t more = 0;
+        const struct command *table = tables[i](&more);
+        INVARIANT(count + more <= COMMANDS_MAX);
+        memcpy(all + count, table, more * sizeof *all);
+        count += more;
+    }
+    return (struct command_table){all, count};
+}
