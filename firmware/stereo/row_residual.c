@@ -20,7 +20,7 @@ enum {
     MARGIN = RADIUS + REACH + 3,
     STEPS = 6,
     PIXEL_Q16 = 1 << 16,
-    CONVERGED_Q32 = 43,            // square of a move that is too small to matter: 1e-4 px
+    CONVERGED_Q32 = 4295,          // square of a move that is too small to matter: 0.001 px
     SETTLED_Q32 = 429497,          // square of the last move of an accepted position: 0.01 px
     SHIFT_MAX_Q16 = 2 << 16,       // along the row, from the match
     RISE_MAX_Q16 = 3 << 15,        // across the rows, from the best whole row
@@ -49,7 +49,11 @@ static void window_at(const struct image_u8 *image, int x_q16, int y_q16,
     cubic_weights((x_q16 & 0xffff) >> 2, weight);
     int16_t along_q6[SIDE + 3][SIDE];
     for (int j = 0; j < SIDE + 3; j++) {
-        const uint8_t *p = image_u8_row(image, row + j) + column;
+        const uint8_t *from = image_u8_row(image, row + j) + column;
+        int16_t p[SIDE + 3];
+        for (int i = 0; i < SIDE + 3; i++) {
+            p[i] = from[i];
+        }
         for (int i = 0; i < SIDE; i++) {
             const int sum = weight[0] * p[i] + weight[1] * p[i + 1] + weight[2] * p[i + 2] +
                             weight[3] * p[i + 3];
@@ -74,7 +78,7 @@ static int squared_difference(const struct match_input *input, int x, int y, int
         const uint8_t *left = image_u8_row(&input->left, y + j) + x;
         const uint8_t *right = image_u8_row(&input->right, y_right + j) + x_right;
         for (int i = -RADIUS; i <= RADIUS; i++) {
-            const int difference = left[i] - right[i];
+            const int16_t difference = (int16_t)(left[i] - right[i]);
             sum += difference;
             sum2 += difference * difference;
         }
@@ -117,10 +121,13 @@ static bool cut_target(const struct image_u8 *left, int x, int y, struct target 
     if (over_x <= 0 || over_y <= 0 || (int64_t)over_x * over_y <= (int64_t)xy * xy) {
         return false;
     }
+    // Four digits: the inverse decides how fast positions converge, not where.
     const int64_t determinant = (int64_t)xx * yy - (int64_t)xy * xy;
-    target->inverse_xx_q40 = (int)(((int64_t)yy << 40) / determinant);
-    target->inverse_xy_q40 = (int)(-((int64_t)xy * ((int64_t)1 << 40)) / determinant);
-    target->inverse_yy_q40 = (int)(((int64_t)xx << 40) / determinant);
+    const int shift = 48 - __builtin_clzll((unsigned long long)determinant);
+    const int reciprocal = (int)((1U << 31) / (uint32_t)(determinant >> shift));
+    target->inverse_xx_q40 = (int)(((int64_t)yy * reciprocal * (1 << 9)) >> shift);
+    target->inverse_xy_q40 = (int)(-((int64_t)xy * reciprocal * (1 << 9)) >> shift);
+    target->inverse_yy_q40 = (int)(((int64_t)xx * reciprocal * (1 << 9)) >> shift);
     return true;
 }
 

@@ -9,6 +9,7 @@
 
 enum {
     ROUNDS = 10,
+    CONVERGED_Q12 = 2,  // change of the surface that is too small to matter: 0.0005 px
     PLANE_TERMS = 3,
     SURFACE_MAX_TERMS = 6,
     ONE_Q12 = 1 << 12,
@@ -82,14 +83,19 @@ static void sum_moments(const struct row_sample *samples, int count, const int16
         for (; i < count && samples[i].y == y; i++) {
             const int distance = distance_q12[i] < far_q12 ? distance_q12[i] : far_q12;
             const int ratio_q8 = (distance * per_distance_q16) >> 16;
-            const int weight_q14 = (1 << 30) / ((1 << 16) + ratio_q8 * ratio_q8);
-            int64_t term = weight_q14;
-            for (int a = 0; a <= 2 * degree; a++, term *= samples[i].x) {
-                weights[a] += term;
-            }
-            term = weight_q14 * samples[i].vertical_q12;
-            for (int a = 0; a <= degree; a++, term *= samples[i].x) {
-                verticals[a] += term;
+            const int weight = (1 << 28) / ((1 << 16) + ratio_q8 * ratio_q8);  // 1: 2^12
+            const int x = samples[i].x;
+            const int weight_x2 = weight * (x * x);
+            const int vertical = weight * samples[i].vertical_q12;
+            weights[0] += weight;
+            weights[1] += weight * x;
+            weights[2] += weight_x2;
+            verticals[0] += vertical;
+            verticals[1] += (int64_t)vertical * x;
+            if (degree == 2) {
+                weights[3] += (int64_t)weight_x2 * x;
+                weights[4] += (int64_t)weight_x2 * (x * x);
+                verticals[2] += (int64_t)vertical * (x * x);
             }
         }
         add_row(moments, degree, y, weights, verticals);
@@ -173,17 +179,14 @@ static int quantile(const int16_t *values, int count, int percent) {
     return low;
 }
 
-// Reweighted least squares; the scale of the weights is the median distance. Returns that scale.
+// Reweighted least squares from a first surface; the scale of the weights is the median distance.
+// Returns that scale.
 static int fit(const struct row_sample *samples, int count, int16_t *work,
                struct surface *surface) {
-    for (int i = 0; i < count; i++) {
-        work[i] = samples[i].vertical_q12;
-    }
-    surface->factor_q28[0] = (int64_t)quantile(work, count, 50) * (1 << 16);
     int scale_q12 = 0;
     for (int round = 0; round < ROUNDS; round++) {
         const int change = find_distances(surface, false, samples, count, work);
-        if (round > 0 && change <= 1) {
+        if (round > 0 && change <= CONVERGED_Q12) {
             break;
         }
         // 1.4826 times the median, and 0.001 px.
@@ -204,13 +207,18 @@ static double pixels_of(int value_q12) {
 void row_trend_fit(const struct row_sample *samples, int count, int16_t *work,
                    struct row_trend *trend) {
     for (int i = 0; i < count; i++) {
-        work[i] = (int16_t)magnitude(samples[i].vertical_q12);
+        work[i] = samples[i].vertical_q12;
+    }
+    struct surface plane = {.degree = 1,
+                            .factor_q28 = {(int64_t)quantile(work, count, 50) * (1 << 16)}};
+    for (int i = 0; i < count; i++) {
+        work[i] = (int16_t)magnitude(work[i]);
     }
     trend->median_px = pixels_of(quantile(work, count, 50));
     trend->p95_px = pixels_of(quantile(work, count, 95));
-    struct surface plane = {.degree = 1};
     trend->scatter_px = pixels_of(fit(samples, count, work, &plane));
-    struct surface curve = {.degree = 2};
+    struct surface curve = plane;
+    curve.degree = 2;
     (void)fit(samples, count, work, &curve);
     (void)find_distances(&plane, true, samples, count, work);
     trend->plane_p95_px = pixels_of(quantile(work, count, 95));
