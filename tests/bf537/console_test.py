@@ -114,6 +114,8 @@ class Console(unittest.TestCase):
 
     def test_damaged_and_endless_lines_are_refused(self):
         board = self.board()
+        os.write(board.far, b"@json,crc=00000000 status\r")
+        self.assertIn('"error": "CRC"', board.read_until(lambda text: re.search(r"\}\n|fault: ", text)))
         board.type("@program")
         self.assertIn("ERR SYNTAX", board.ask("x" * 5000))
         self.assertIn("ERR SYNTAX", board.ask("\x01\x7f"))

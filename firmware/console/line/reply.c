@@ -217,7 +217,7 @@ void reply_init(struct reply *self) {
 
 void reply_begin(struct reply *self, const struct reply_sink *sink, const struct request *request,
                  bool terminal) {
-    INVARIANT(sink->put != NULL && !(terminal && request->json && request->framed));
+    INVARIANT(sink->put != NULL);
     self->sink = *sink;
     self->part_bytes = 0;
     self->request = *request;
