@@ -18,6 +18,7 @@ static const char prompt[] = "vergence> ";
 
 static void send(void *context, const char *data, size_t bytes) {
     struct bf537_console *self = context;
+    bf537_watchdog_feed();  // a long answer takes seconds at this line
     bf537_serial_send(self->serial, data, bytes);
 }
 

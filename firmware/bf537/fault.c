@@ -17,7 +17,9 @@ enum {
     STACK_FILL = 0x5A5A5A5A,
     GUARD_WORDS = 16,
     CALLS_MAX = 16,
-    CAUSE_MASK = 0x3F,
+    CAUSE_MASK = 0x3F,  // of SEQSTAT: exceptions, then hardware errors
+    HARDWARE_SHIFT = 14,
+    HARDWARE_MASK = 0x1F,
 };
 
 /// Registers, in the order in which start.S pushes them, from the last.
@@ -40,7 +42,7 @@ static struct {
 static char last_reason[REASON_BYTES];
 
 /// Causes of exceptions (Programming Reference, table 4-11).
-static const char *cause_text(uint32_t cause) {
+static const char *exception_text(uint32_t cause) {
     switch (cause) {
         case 0x21:
             return "undefined instruction";
@@ -64,6 +66,18 @@ static const char *cause_text(uint32_t cause) {
             return "instruction of a higher privilege";
         default:
             return "exception";
+    }
+}
+
+/// Causes of hardware errors, which are reported some instructions late (table 4-12).
+static const char *hardware_error_text(uint32_t cause) {
+    switch (cause) {
+        case 0x02:
+            return "hardware error: a system register that does not exist,";
+        case 0x03:
+            return "hardware error: memory that does not exist,";
+        default:
+            return "hardware error";
     }
 }
 
@@ -122,7 +136,7 @@ static _Noreturn void restart(const char *reason) {
     keep_reason(reason);
     print("\r\nfault: ");
     print(reason);
-    print("\r\nthe watchdog restarts the board; \"status\" then has this reason\r\n");
+    print("\r\nthe watchdog restarts the board; \"board\" then shows this reason\r\n");
     bf537_watchdog_restart();
 }
 
@@ -133,8 +147,12 @@ void bf537_fault(const struct frame *frame, uint32_t seqstat) {
     static const char *const r_names[] = {"r7", "r6", "r5", "r4", "r3", "r2", "r1", "r0"};
     char reason[REASON_BYTES];
     struct command_text text = command_text_begin(reason, sizeof reason);
-    command_text_join(&text, cause_text(seqstat & CAUSE_MASK), " at ");
-    command_text_add_hex(&text, frame->retx, 8);
+    const bool exception = (IPEND & 1u << IVG_EXCEPTION) != 0;
+    command_text_join(&text,
+                      exception ? exception_text(seqstat & CAUSE_MASK)
+                                : hardware_error_text(seqstat >> HARDWARE_SHIFT & HARDWARE_MASK),
+                      " at ");
+    command_text_add_hex(&text, exception ? frame->retx : frame->reti, 8);
     print("\r\nregisters:");
     for (int i = 7; i >= 0; i--) {
         print_register(r_names[i], frame->r7_to_r0[i]);
@@ -147,6 +165,7 @@ void bf537_fault(const struct frame *frame, uint32_t seqstat) {
     print_register("sp", frame->sp);
     print_register("seqstat", seqstat);
     print_register("retx", frame->retx);
+    print_register("reti", frame->reti);
     print("\r\n");
     print_calls(frame->sp, frame->rets);
     restart(reason);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What ends the program: exceptions, broken invariants, a stack that ran over. A report goes to
-/// the console, and the reason to the status after the restart, which the watchdog makes.
+/// What ends the program: exceptions, hardware errors, broken invariants, a stack that ran over. A
+/// report goes to the console; after the restart, which the watchdog makes, `board` shows the
+/// reason.
 #ifndef VERGENCE_BF537_FAULT_H
 #define VERGENCE_BF537_FAULT_H
 
 #include <stddef.h>
 
-/// Why the program was started: "power on or reset", or the fault that ended it. Static storage.
+/// Why the program was started: "power on or reset", or the fault that ended it. Called at the
+/// start, as the reason is kept for one restart. Static storage.
 const char *bf537_fault_last(void);
 
 /// Ends the program if the stack has run over its end.

@@ -48,7 +48,8 @@ static void write_log(void *self, enum hal_log_level level, const char *text) {
 }
 
 static void enable_interrupts(void) {
-    const uint32_t mask = 1u << IVG_TIMER | 1u << IVG_DEVICES | 1u << IVG_MAIN;
+    const uint32_t mask =
+        1u << IVG_HARDWARE_ERROR | 1u << IVG_TIMER | 1u << IVG_DEVICES | 1u << IVG_MAIN;
     // All peripherals that interrupt do so at one level: 10 is 7 + 3.
     for (int i = 0; i < 4; i++) {
         SIC_IAR(i) = 0x33333333;
@@ -63,6 +64,7 @@ _Noreturn void bf537_main(void) {
     static const struct hal_log_operations log_operations = {write_log};
     static const struct hal_log log = {&log_operations, NULL};
     struct rig_profile profile;
+    (void)bf537_fault_last();
     const int error = rig_profile_named("rig", &profile);
     INVARIANT(error == ERROR_OK);
     bf537_serial_open(&console_serial, UART0, CONSOLE_BAUD);

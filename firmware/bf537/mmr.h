@@ -118,7 +118,7 @@ enum { PPI_OVERFLOW = 0x1000, PPI_FRAME_ERROR = 0x0800, PPI_LINE_ERROR = 0x0300 
 #define DMA0_Y_COUNT MMR16(0xFFC00C18)
 #define DMA0_Y_MODIFY MMR16(0xFFC00C1C)
 #define DMA0_IRQ_STATUS MMR16(0xFFC00C28)
-enum { DMA_ENABLE = 1, DMA_TO_MEMORY = 2, DMA_16_BITS = 4, DMA_2D = 0x10 };
+enum { DMA_ENABLE = 1, DMA_TO_MEMORY = 2, DMA_16_BITS = 4, DMA_2D = 0x10, DMA_INTERRUPT = 0x80 };
 enum { DMA_DONE = 1, DMA_ERROR = 2, DMA_RUNS = 8 };
 
 // Core: events and timer
@@ -130,7 +130,7 @@ enum { DMA_DONE = 1, DMA_ERROR = 2, DMA_RUNS = 8 };
 #define TSCALE MMR32(0xFFE03008)
 #define TCOUNT MMR32(0xFFE0300C)
 enum { TCNTL_POWER = 1, TCNTL_ENABLE = 2 };
-enum { IVG_TIMER = 6, IVG_DEVICES = 10, IVG_MAIN = 15 };
+enum { IVG_EXCEPTION = 3, IVG_HARDWARE_ERROR = 5, IVG_TIMER = 6, IVG_DEVICES = 10, IVG_MAIN = 15 };
 
 /// Waits until writes to registers of the system have taken effect.
 static inline void ssync(void) {
