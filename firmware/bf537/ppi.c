@@ -42,6 +42,7 @@ static int start(void *self, const struct hal_camera_format *format) {
 static void stop_transfer(void) {
     PPI_CONTROL = 0;
     DMA0_CONFIG = 0;
+    DMA0_IRQ_STATUS = DMA_DONE | DMA_ERROR;  // which else would end every sleep
     ssync();
 }
 
@@ -88,13 +89,13 @@ static void begin_transfer(const struct slot *slot) {
     PPI_STATUS = 0xFFFF;
     PPI_COUNT = (uint16_t)(port.format.width_px - 1);
     PPI_FRAME = port.format.height_px;
-    DMA0_IRQ_STATUS = DMA_DONE | DMA_ERROR;
     DMA0_START_ADDR = (uint32_t)(uintptr_t)slot->data;
     DMA0_X_COUNT = port.format.width_px;
     DMA0_X_MODIFY = sizeof(uint16_t);
     DMA0_Y_COUNT = port.format.height_px;
     DMA0_Y_MODIFY = sizeof(uint16_t);
-    DMA0_CONFIG = DMA_ENABLE | DMA_TO_MEMORY | DMA_16_BITS | DMA_2D;
+    // DMA_DONE is the channel's request of an interrupt, which stays masked.
+    DMA0_CONFIG = DMA_ENABLE | DMA_TO_MEMORY | DMA_16_BITS | DMA_2D | DMA_INTERRUPT;
     PPI_CONTROL = PPI_ENABLE | PPI_NO_ITU | PPI_TWO_SYNCS | PPI_10_BITS;
     ssync();
 }

@@ -31,10 +31,16 @@ size_t bf537_serial_take(struct bf537_serial *self, void *data, size_t capacity)
     return bytes;
 }
 
+/// The ring has room again.
+static void drop_until(struct bf537_serial *self, uint32_t at) {
+    self->taken = at;
+    UART_IER(self->uart) = UART_IER_ERBFI;
+}
+
 bool bf537_serial_drop_through(struct bf537_serial *self, uint8_t byte) {
     for (uint32_t at = self->received; at != self->taken; at--) {
         if (self->ring[(at - 1) % sizeof self->ring] == byte) {
-            self->taken = at;
+            drop_until(self, at);
             return true;
         }
     }
@@ -73,7 +79,7 @@ static int read_bytes(void *context, void *data, size_t capacity, uint64_t deadl
 
 static int discard_bytes(void *context) {
     struct bf537_serial *self = context;
-    self->taken = self->received;
+    drop_until(self, self->received);
     return ERROR_OK;
 }
 

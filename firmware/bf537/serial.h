@@ -17,7 +17,7 @@ struct bf537_serial {
     uint32_t uart;                      ///< UART0, UART1
     volatile uint32_t received, taken;  ///< bytes since the start
     volatile uint32_t lost;             ///< overruns: bytes came faster than they were taken
-    uint8_t ring[BF537_SERIAL_BYTES];
+    volatile uint8_t ring[BF537_SERIAL_BYTES];
     struct hal_uart port;
 };
 

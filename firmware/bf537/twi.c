@@ -49,7 +49,7 @@ static int run_message(const struct hal_i2c_message *message, bool restart, uint
         const uint16_t events = TWI_INT_STAT;
         if ((events & TWI_INT_ERROR) != 0) {
             const uint16_t status = TWI_MASTER_STAT;
-            // Bytes in the transmitter's buffer were not sent.
+            // Up to two of the bytes moved may still be in the transmitter's buffer.
             *begun += (status & TWI_STAT_NACK_ADDRESS) != 0 ? 1 : 1 + moved;
             return error_of(status);
         }
