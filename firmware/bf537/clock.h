@@ -12,8 +12,11 @@ enum { BF537_CORE_MHZ = 600, BF537_SYSTEM_HZ = 120000000 };
 /// Microseconds since reset.
 uint64_t bf537_now_us(void);
 
-/// Sleeps until an interrupt, at most until `time_us`; at once if that time has passed.
+/// Sleeps until an interrupt, at most until `time_us`. Returns at once if that time has passed, or
+/// if an interrupt came after the last sleep: what it brought may not have been seen yet.
 void bf537_sleep_until_us(uint64_t time_us);
+/// Ends a sleep, or the next one: for the interrupt.
+void bf537_end_sleep(void);
 
 /// The interface of this clock. Static storage.
 const struct hal_clock *bf537_clock(void);

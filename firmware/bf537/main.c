@@ -36,7 +36,7 @@ _Noreturn void bf537_main(void);
 
 /// Every interrupt: the UARTs' bytes. That of the timer only ends a sleep.
 void bf537_interrupt(void) {
-    TCNTL = TCNTL_POWER;
+    bf537_end_sleep();
     bf537_serial_receive(&console_serial);
     bf537_serial_receive(&lens_serial);
 }
