@@ -10,6 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "console/line/reply.h"
 #include "core/crc.h"
 #include "core/error.h"
 #include "daemon/base/message.h"
@@ -158,15 +159,36 @@ bool remote_receive_bytes(struct remote *remote, void *data, size_t bytes) {
     self->used += first;
     for (size_t have = first; have < bytes;) {
         const ssize_t got = read(self->fd, (char *)data + have, bytes - have);
-        struct pollfd readable = {.fd = self->fd, .events = POLLIN};
+        struct pollfd fds[] = {{.fd = self->fd, .events = POLLIN},
+                               {.fd = remote->extra_fd, .events = POLLIN}};
         if (got > 0) {
             have += (size_t)got;
         } else if (got == 0 || (errno != EAGAIN && errno != EINTR) ||
-                   (poll(&readable, 1, -1) < 0 && errno != EINTR)) {
+                   (poll(fds, 2, -1) < 0 && errno != EINTR)) {
             return false;
+        } else if (fds[1].revents != 0 && remote->service != NULL) {
+            remote->service(remote);
         }
     }
     return true;
+}
+
+int remote_receive_part(struct remote *self, void *cookie, const char *line) {
+    static char data[REPLY_BYTES_MAX];
+    size_t length = 0;
+    if (self->take == NULL ||
+        (self->json ? sscanf(line, "{\"event\": \"bytes\", \"bytes\": %zu}", &length)
+                    : sscanf(line, "... bytes %zu", &length)) != 1) {
+        return 0;
+    }
+    if (length > sizeof data) {
+        return ERROR_VERSION;
+    }
+    if (!remote_receive_bytes(self, data, length)) {
+        return ERROR_DEVICE;
+    }
+    self->take(self, cookie, data, length);
+    return 1;
 }
 
 /// Whether a line rejects the client; the daemon sends it as text, before it knows the client's

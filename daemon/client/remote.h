@@ -24,6 +24,10 @@ enum {
 };
 
 struct client_command;
+struct remote;
+
+/// Takes bytes that come before an answer; `cookie` is that of remote_ask.
+typedef void remote_take(struct remote *self, void *cookie, const void *bytes, size_t length);
 
 /// A connection in use.
 struct remote {
@@ -32,6 +36,7 @@ struct remote {
     bool interactive;        ///< a user is there, who can end the wait for a silent peer
     const char *token_path;  ///< file of the token for TCP; NULL: the default file
     int bar_columns;         ///< width of the progress shown on standard error; 0: none
+    remote_take *take;       ///< asks for such bytes, over a socket; NULL: does not
     struct cJSON *answer;    ///< answer to the last remote_call; freed with the connection
     bool interrupted;        ///< Ctrl-C was pressed: the command is cancelled, no new one starts
     bool refused;            ///< the instrument answered ERR to the last remote_call
@@ -57,8 +62,13 @@ void remote_interrupt(struct remote *self);
 /// ERROR_DEVICE.
 int remote_receive(struct remote *self, int limit_ms, char **text);
 
-/// Receives exactly `bytes` bytes, which follow an answer over a socket. False: connection lost.
+/// Receives exactly `bytes` bytes, which come with an answer over a socket; handles user input
+/// meanwhile. False: connection lost.
 bool remote_receive_bytes(struct remote *self, void *data, size_t bytes);
+
+/// Receives the bytes that a line of an answer announces, and passes them to `take`. 1; 0: it is
+/// another line; ERROR_DEVICE: connection lost; ERROR_VERSION: too many.
+int remote_receive_part(struct remote *self, void *cookie, const char *line);
 
 /// Shows a line of an answer; may change `text` until it returns.
 typedef void remote_show(struct remote *self, void *cookie, const char *text);
@@ -135,6 +145,10 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
 int remote_fetch(struct remote *self, const char *name, const char *local,
                  struct remote_written *written, struct message *message);
 
+/// Puts the first free name for a new local file into `local`: `name`, else with a number before
+/// its extension.
+void remote_free_name(const char *name, char *local, size_t bytes);
+
 /// Runs a line that moves whole files: "fetch NAME [FILE]" (also of a directory), "send FILE
 /// [NAME]", and commands that make files, which are fetched: "view", "focus-curve", "measure",
 /// "reconstruct" unless it names its files. 0: not such a line; else 1, with its result in
@@ -145,9 +159,9 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
 /// Runs `measure NAME ...`: the instrument measures; the session is fetched and the client's own
 /// `measure` makes its surface here, with the options that only the PC has, which are checked
 /// before. Over a serial line, or without that command, the instrument's surface is fetched. Runs
-/// `reconstruct ...`, too: the surface is fetched in its compact form, of which the client's own
-/// `reconstruct` makes all files. As remote_ask; `measure_exit` is the exit code of the client's
-/// own command, or of that check.
+/// `reconstruct ...`, too: the surface comes in its compact form, over a socket as it is made
+/// there, and the client's own `reconstruct` makes all files of it. As remote_ask; `measure_exit`
+/// is the exit code of the client's own command, or of that check.
 int remote_measure(struct remote *self, const struct command_words *words, remote_show *show,
                    void *cookie, struct message *message);
 

@@ -52,8 +52,9 @@ struct answer {
 static bool make_request(const struct answer *self, const char *command,
                          char request[REMOTE_REQUEST_BYTES]) {
     const bool serial = self->remote->line.serial;
-    const int begun = snprintf(request, REMOTE_REQUEST_BYTES, "%s@%sprogress%s", serial ? "\r" : "",
-                               self->json ? "json," : "", serial ? "," : " ");
+    const int begun = snprintf(request, REMOTE_REQUEST_BYTES, "%s@%s%sprogress%s",
+                               serial ? "\r" : "", self->json ? "json," : "",
+                               self->remote->take != NULL ? "binary," : "", serial ? "," : " ");
     INVARIANT(begun > 0 && begun < REMOTE_REQUEST_BYTES);
     const size_t room = REMOTE_REQUEST_BYTES - (size_t)begun;
     int rest = 0;
@@ -219,6 +220,10 @@ static enum outcome receive_line(struct answer *self) {
     const int error = remote_receive(self->remote, limit_ms, &text);
     if (error != ERROR_OK) {
         return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
+    }
+    const int part = remote_receive_part(self->remote, self->cookie, text);
+    if (part != 0) {
+        return part > 0 ? GOES_ON : part == ERROR_DEVICE ? BROKEN : INVALID;
     }
     return serial && strstr(text, FRAMING_DAMAGED) != NULL ? NOT_RECEIVED
            : self->json                                    ? receive_json(self, text)

@@ -67,8 +67,9 @@ static const struct option_page page = {
         "connection is lost, the same "
         "command resumes the transfer later. \"view\" fetches an image of what both cameras see "
         "now. \"measure NAME\" fetches its session and makes the surface here, with the options of "
-        "\"vergence measure\" (--out, --board, ...) that follow. \"reconstruct [NAME]\" fetches "
-        "what was measured in its compact form and makes the files of it here, in a directory of "
+        "\"vergence measure\" (--out, --board, ...) that follow. \"reconstruct [NAME]\" receives "
+        "what was measured in its compact form, which the instrument does not keep unless the line "
+        "is serial, and makes the files of it here, in a directory of "
         "the surface's name or in --out DIR; with \"files=LIST\" they stay on the instrument.\n"
         "Exit code: 0 OK; 1 ERR, or a local file or script failed; 2 invalid command line; 3 no "
         "connection, or no vergenced there; 130 cancelled by Ctrl-C.",

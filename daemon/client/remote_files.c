@@ -187,19 +187,22 @@ static void hold_back(struct remote *self, void *cookie, const char *text) {
     }
 }
 
+void remote_free_name(const char *name, char *local, size_t bytes) {
+    const char *ending = strrchr(name, '.');
+    struct stat about;
+    snprintf(local, bytes, "%s", name);
+    for (int i = 2; i < NUMBERS_MAX && lstat(local, &about) == 0; i++) {
+        snprintf(local, bytes, "%.*s-%d%s", (int)(ending - name), name, i, ending);
+    }
+}
+
 /// Fetches a file under a name that is free here.
 static int fetch_made(struct remote *self, const char *name, char local[NAME_BYTES + 8],
                       struct remote_written *written, struct message *message) {
-    enum { BYTES = NAME_BYTES + 8 };
-    struct stat about;
     if (!is_made(name)) {
         return invalid(message);
     }
-    const int stem = (int)(strrchr(name, '.') - name);
-    snprintf(local, BYTES, "%s", name);
-    for (int i = 2; i < NUMBERS_MAX && lstat(local, &about) == 0; i++) {
-        snprintf(local, BYTES, "%.*s-%d%s", stem, name, i, name + stem);
-    }
+    remote_free_name(name, local, NAME_BYTES + 8);
     return remote_fetch(self, name, local, written, message);
 }
 

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // `measure NAME`: the instrument measures, the client fetches the session and makes the surface of
 // it here, with everything that a PC adds: a report, and a board in view that the adjustment may
-// use. `reconstruct`, and `measure` over a serial line: the client fetches what the instrument
-// measured, in one compact file, and makes all other files of that.
+// use. `reconstruct`, and `measure` over a serial line: the client gets what the instrument
+// measured, in one compact file, and makes all other files of that. Over a socket `reconstruct`
+// sends the file as it is made, so that the instrument need not have room for it.
 #include <cjson/cJSON.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,6 +21,8 @@
 #include "daemon/cli/options.h"
 #include "daemon/client/client.h"
 #include "daemon/client/remote.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/file_io.h"
 
 #define SURFACE_FILE "surface.compact"
 
@@ -32,8 +37,11 @@ struct measuring {
     void *cookie;
     // As the instrument names them; the session is not `name` while it records.
     char name[NAME_BYTES], session[NAME_BYTES], result[NAME_BYTES];
-    struct cJSON *answer;  // the whole answer as parsed JSON
-    bool is_measure;       // else `reconstruct`
+    struct cJSON *answer;     // the whole answer as parsed JSON
+    bool is_measure;          // else `reconstruct`
+    struct atomic_file file;  // of the bytes that came before the answer
+    uint64_t received;        // number of these
+    int error_number;         // errno of the failure to write them; 0: none
 };
 
 /// Whether a word is `NAME=...` or `--NAME` of a local option; `*has_value`: it contains the value.
@@ -114,6 +122,9 @@ static void keep_member(const char *text, const char *name, char value[NAME_BYTE
 static void hold_back(struct remote *self, void *cookie, const char *text) {
     struct measuring *measuring = cookie;
     char event[32];
+    if (measuring->error_number != 0) {
+        return;  // the command was cancelled for it
+    }
     if (self->json) {
         struct cJSON *all = json_parse(text);
         const struct cJSON *result = cJSON_GetObjectItemCaseSensitive(all, "result");
@@ -171,18 +182,55 @@ static int run_here(const struct client_command *command, int count, char **word
     return code;
 }
 
+/// Writes what comes before the answer, which has the name for it.
+static void take(struct remote *self, void *cookie, const void *bytes, size_t length) {
+    struct measuring *measuring = cookie;
+    struct atomic_file *file = &measuring->file;
+    if (measuring->error_number != 0) {
+        return;
+    }
+    if ((file->fd < 0 && !atomic_file_begin(file, AT_FDCWD, SURFACE_FILE, 0644)) ||
+        !write_all(file->fd, bytes, length)) {
+        measuring->error_number = errno;
+        remote_line_send(&self->line, "\003", 1);
+    }
+    measuring->received += length;
+}
+
+static void show_file(struct remote *self, const struct measuring *measuring,
+                      const struct remote_written *written) {
+    if (self->json) {
+        struct cJSON *result = cJSON_GetObjectItemCaseSensitive(measuring->answer, "result");
+        cJSON_AddStringToObject(result, "fetched", written->name);
+    } else {
+        remote_show_written(self, measuring->show, measuring->cookie, written);
+    }
+}
+
 /// Fetches a file or a directory, and shows that.
 static int fetch(struct remote *self, const struct measuring *measuring, const char *name,
                  const char *local, struct message *message) {
     static struct remote_written written;
     const int error = remote_fetch(self, name, local, &written, message);
-    if (error == ERROR_OK && self->json) {
-        struct cJSON *result = cJSON_GetObjectItemCaseSensitive(measuring->answer, "result");
-        cJSON_AddStringToObject(result, "fetched", written.name);
-    } else if (error == ERROR_OK) {
-        remote_show_written(self, measuring->show, measuring->cookie, &written);
+    if (error == ERROR_OK) {
+        show_file(self, measuring, &written);
     }
     return error;
+}
+
+/// Gives the file that came with the answer a name that is free here, and shows it.
+static int keep_file(struct remote *self, struct measuring *measuring, const char *name,
+                     char *local, size_t bytes, struct message *message) {
+    static struct remote_written written;
+    remote_free_name(name, local, bytes);
+    measuring->file.name = local;
+    if (!atomic_file_end(&measuring->file, true)) {
+        return message_set(message, file_error(errno), "%s: %s", local, strerror(errno));
+    }
+    written = (struct remote_written){.bytes = measuring->received};
+    snprintf(written.name, sizeof written.name, "%s", local);
+    show_file(self, measuring, &written);
+    return ERROR_OK;
 }
 
 /// Why the surface is not made here; NULL: it is.
@@ -198,17 +246,19 @@ static const char *why_not_here(const struct remote *self, const struct measurin
                : NULL;
 }
 
-/// Fetches the instrument's surface in its compact form and makes all files of it here: in a
-/// directory of the surface's name, or as the option out says. The fetched file goes once they
-/// are there, as they contain it.
-static int unpack(struct remote *self, const struct measuring *measuring, const struct parts *parts,
+/// Makes all files of the instrument's surface here, of its compact form, which came with the
+/// answer or is fetched: in a directory of the surface's name, or as the option out says. That file
+/// goes once they are there, as they contain it.
+static int unpack(struct remote *self, struct measuring *measuring, const struct parts *parts,
                   struct message *message) {
-    char name[NAME_BYTES + sizeof SURFACE_FILE + 1], local[NAME_BYTES + sizeof SURFACE_FILE];
+    char name[NAME_BYTES + sizeof SURFACE_FILE + 1], plain[NAME_BYTES + sizeof SURFACE_FILE];
+    char local[sizeof plain + 8];
     char command[] = "reconstruct", out[] = "--out", quiet[] = "--quiet", result[NAME_BYTES];
     char *words[LOCAL_WORDS_MAX] = {command, local};
     int count = 2;
     snprintf(name, sizeof name, "%s/" SURFACE_FILE, measuring->result);
-    snprintf(local, sizeof local, "%s.compact", measuring->result);
+    snprintf(plain, sizeof plain, "%s.compact", measuring->result);
+    snprintf(local, sizeof local, "%s", plain);
     snprintf(result, sizeof result, "%s", measuring->result);
     // The last --out counts. Other options are for `measure` and the pictures, which stay there.
     words[count++] = out;
@@ -225,7 +275,9 @@ static int unpack(struct remote *self, const struct measuring *measuring, const 
         words[count++] = quiet;
     }
     words[count] = NULL;
-    const int error = fetch(self, measuring, name, local, message);
+    const int error = measuring->file.fd >= 0
+                          ? keep_file(self, measuring, plain, local, sizeof local, message)
+                          : fetch(self, measuring, name, local, message);
     if (error == ERROR_OK) {
         self->measure_exit = run_here(self->reconstruct, count, words);
     }
@@ -265,8 +317,14 @@ static int measure(struct remote *self, struct parts *parts, struct measuring *m
                    struct message *message) {
     self->shows_steps = !self->json;
     self->step[0] = '\0';
+    self->take = measuring->is_measure || self->line.serial ? NULL : take;
     int error = remote_ask(self, parts->request, hold_back, measuring, message);
     self->shows_steps = false;
+    self->take = NULL;
+    if (measuring->error_number != 0) {
+        error = message_set(message, file_error(measuring->error_number), "%s: %s", SURFACE_FILE,
+                            strerror(measuring->error_number));
+    }
     if (error == ERROR_OK && measuring->result[0] != '\0') {  // else it was planned only
         error = conclude(self, parts, measuring, message);
     }
@@ -316,8 +374,10 @@ static bool check_here(struct remote *self, const struct command_words *line, ch
 int remote_measure(struct remote *self, const struct command_words *words, remote_show *show,
                    void *cookie, struct message *message) {
     static struct parts parts;
-    struct measuring measuring = {
-        .show = show, .cookie = cookie, .is_measure = strcmp(words->word[0], "measure") == 0};
+    struct measuring measuring = {.show = show,
+                                  .cookie = cookie,
+                                  .is_measure = strcmp(words->word[0], "measure") == 0,
+                                  .file.fd = -1};
     self->measure_exit = CLIENT_OK;
     if (words->count > 1) {
         snprintf(measuring.name, sizeof measuring.name, "%s", words->word[1]);
@@ -328,6 +388,9 @@ int remote_measure(struct remote *self, const struct command_words *words, remot
         return error;
     }
     error = error == ERROR_OK ? measure(self, &parts, &measuring, message) : error;
+    if (measuring.file.fd >= 0) {
+        atomic_file_end(&measuring.file, false);
+    }
     cJSON_Delete(measuring.answer);
     return error;
 }

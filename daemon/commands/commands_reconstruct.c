@@ -141,6 +141,19 @@ static void show_progress(void *cookie, int stage, const char *what, int done, i
     }
 }
 
+static void send_bytes(void *cookie, const void *bytes, size_t length) {
+    const struct surface *self = cookie;
+    worker_send(job_of(self->call)->worker, bytes, length);
+}
+
+/// Whether the client takes the surface as it is made: a program that reads bytes and names no
+/// files.
+static bool is_streamed(const struct surface *self) {
+    const struct job *job = job_of(self->call);
+    return job->request.binary && !job->request.framed && !job->terminal && !job->watch.on &&
+           self->run.request.files == NULL;
+}
+
 static void reply_points(const struct surface *self) {
     const struct reconstruct_result *result = self->run.job.context.result;
     reply_number(self->call, "points", result_figures_measured_count(result), 0, NULL);
@@ -200,7 +213,11 @@ static void reply_figures(const struct surface *self) {
 static int compute(struct surface *self) {
     struct surface_run *run = &self->run;
     run->daemon = daemon_of(self->call);
-    run->keep = run->frees_maps = true;
+    run->frees_maps = true;
+    run->keep = !is_streamed(self);
+    if (!run->keep) {
+        run->sink = (struct output_sink){send_bytes, self};
+    }
     run->should_stop = should_stop;
     run->progress = show_progress;
     run->self = self;
@@ -250,7 +267,9 @@ static const struct command commands[] = {
          "directory surface-SESSION-PAIR, which appears once it is complete. Uses the session's "
          "calibration, else the saved one; one of the whole sensor is cut to the frames' window. "
          "1 % of the points are nearer than depth_near, 1 % farther than depth_far. A lower scale "
-         "takes less memory and time.",
+         "takes less memory and time. A program that asks with @binary, without \"files\", gets "
+         "the bytes of surface.compact before the answer, and nothing is written; not over a "
+         "serial line with CRCs.",
      .arguments = arguments,
      .argument_count = ARGUMENTS,
      .flags = COMMAND_NO_RIG | COMMAND_LONG | COMMAND_GROUP_MEASURE | COMMAND_DAILY,

@@ -36,12 +36,12 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
                         struct message *message) {
     struct surface_run *self = cookie;
     const int error = reconstruct_session_read(&self->source, request, inputs, context, message);
+    snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session,
+             self->source.pair.pair.number);
     if (error != ERROR_OK || !self->keep) {
         return error;
     }
     struct stat about;
-    snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session,
-             self->source.pair.pair.number);
     // Rejects links: results are only written in "files".
     if (fstatat(self->daemon->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
         S_ISLNK(about.st_mode)) {
@@ -94,7 +94,11 @@ int surface_run(struct surface_run *self) {
     self->source.captured = self->captured;
     load_saved(self);
     self->request.out_path = self->keep ? self->out_path : NULL;
-    if (self->request.files == NULL) {
+    if (self->sink.put != NULL) {
+        INVARIANT(!self->keep);
+        self->request.files = "";
+        job->sink = &self->sink;
+    } else if (self->request.files == NULL) {
         self->request.files = SURFACE_RUN_FILES;
     } else if (strcmp(self->request.files, SURFACE_RUN_ALL) == 0) {
         self->request.files = NULL;

@@ -21,12 +21,13 @@ struct surface_run {
     struct reconstruct_request request;
     bool frees_maps;  ///< see reconstruct_job.h
     bool keep;  ///< write the results to "files"; else only `job.result` is made, with its points
+    struct output_sink sink;  ///< has `put`: surface.compact goes there, and nothing to "files"
     bool (*should_stop)(void *self);
     void (*progress)(void *self, int stage, const char *what, int done, int total);
     void *self;  ///< of both
 
     // After surface_run:
-    char result[FILES_NAME_MAX + 64];  ///< directory of the results below "files"
+    char result[FILES_NAME_MAX + 64];  ///< directory of the results below "files", if kept
     char message[MESSAGE_BYTES];       ///< why it failed
     struct reconstruct_job job;        ///< until surface_run_end
     struct reconstruct_session source;

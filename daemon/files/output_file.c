@@ -20,6 +20,7 @@ static void remember_error(struct output_file *file) {
 
 void output_file_open(struct output_file *file, const char *path) {
     file->path = path;
+    file->sink = (struct output_sink){NULL, NULL};
     file->error_number = 0;
     file->filled = 0;
     file->stream = fopen(path, "wb");
@@ -30,9 +31,22 @@ void output_file_open(struct output_file *file, const char *path) {
     }
 }
 
+void output_file_open_sink(struct output_file *file, const struct output_sink *sink,
+                           const char *name) {
+    file->path = name;
+    file->sink = *sink;
+    file->error_number = 0;
+    file->filled = 0;
+    file->stream = NULL;
+}
+
 static void pass_on(struct output_file *file, const void *bytes, size_t length) {
-    if (file->error_number == 0 && !interrupt_requested() &&
-        fwrite(bytes, 1, length, file->stream) != length) {
+    if (file->error_number != 0 || interrupt_requested()) {
+        return;
+    }
+    if (file->sink.put != NULL) {
+        file->sink.put(file->sink.self, bytes, length);
+    } else if (fwrite(bytes, 1, length, file->stream) != length) {
         remember_error(file);
     }
 }
@@ -72,9 +86,11 @@ void output_file_u32(struct output_file *file, uint32_t value) {
 }
 
 int output_file_close(struct output_file *file, struct message *message) {
-    INVARIANT(file->stream != NULL || file->error_number != 0);
-    if (file->stream != NULL) {
+    INVARIANT(file->stream != NULL || file->sink.put != NULL || file->error_number != 0);
+    if (file->stream != NULL || file->sink.put != NULL) {
         pass_on(file, file->buffer, file->filled);
+    }
+    if (file->stream != NULL) {
         errno = 0;
         if (fflush(file->stream) != 0 || ferror(file->stream) != 0) {
             remember_error(file);

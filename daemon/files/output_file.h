@@ -16,8 +16,15 @@ extern "C" {
 
 enum { OUTPUT_FILE_BUFFER_BYTES = 8192 };
 
+/// Takes what would be written, in place of a file.
+struct output_sink {
+    void (*put)(void *self, const void *bytes, size_t length);
+    void *self;
+};
+
 struct output_file {
     FILE *stream;  // NULL if the file could not be opened; may be printed to before the first write
+    struct output_sink sink;  // has `put`: in place of `stream`
     const char *path;
     int error_number;                                // errno of the first failure, 0: no failure
     size_t filled;                                   // bytes in the buffer
@@ -26,6 +33,10 @@ struct output_file {
 
 /// Creates or truncates the file. `output_file_close` reports a failure.
 void output_file_open(struct output_file *file, const char *path);
+
+/// Sends to `sink` what is written. Only numbers and bytes: there is no `stream`.
+void output_file_open_sink(struct output_file *file, const struct output_sink *sink,
+                           const char *name);
 
 /// Appends bytes; numbers in little-endian order. Nothing is written after a failure or after an
 /// interrupt was requested. Without bytes the pointer may be NULL.

@@ -15,12 +15,7 @@
 #include "daemon/files/token.h"
 #include "daemon/server/listener.h"
 
-enum {
-    CTRL_C = 3,
-    SEND_BYTES = 4096,
-    BACKLOG_BYTES = OUTPUT_BYTES / 4,
-    LIFE_US = 1000 * FRAMING_IDLE_MS
-};
+enum { CTRL_C = 3, SEND_BYTES = 4096, LIFE_US = 1000 * FRAMING_IDLE_MS };
 
 static const char prompt[] = "vergence> ";
 
@@ -100,7 +95,7 @@ static void free_payload(struct job_payload *payload) {
 /// not read its answers gets no more.
 static bool is_ready(struct connection *self, bool edited) {
     return is_edited(self) == edited && !is_busy(self) && self->payload.data == NULL &&
-           output_length(&self->output) <= BACKLOG_BYTES;
+           output_length(&self->output) <= OUTPUT_BACKLOG_BYTES;
 }
 
 // ---- input
@@ -464,7 +459,7 @@ void connection_step(struct connection *self, uint64_t now_us) {
         return;
     }
     if (self->job.watch.on && atomic_load(&self->job.state) == JOB_FREE &&
-        output_length(&self->output) <= BACKLOG_BYTES) {
+        output_length(&self->output) <= OUTPUT_BACKLOG_BYTES) {
         step_watch(self, now_us);
         return;
     }

@@ -182,6 +182,10 @@ bool worker_start(struct worker *self, struct daemon *daemon, int wake_fd, size_
 bool worker_should_stop(struct worker *self);
 void worker_progress(struct worker *self, const char *what, uint32_t done, uint32_t total);
 
+/// Sends the running job's client bytes ahead of the answer, as fast as it reads, until the command
+/// must end. Only before the first item.
+void worker_send(struct worker *self, const void *data, size_t bytes);
+
 /// Cancels the running job, answers those that wait, makes the rig safe and ends the thread.
 void worker_stop(struct worker *self);
 

@@ -7,16 +7,28 @@
 #include <unistd.h>
 
 #include "core/invariant.h"
+#include "daemon/base/monotonic.h"
+
+enum { AWAIT_US = 50000 };
 
 bool output_open(struct output *self, int wake_fd) {
     *self = (struct output){.wake_fd = wake_fd, .closed = true};
     self->data = malloc(OUTPUT_BYTES);
-    return self->data != NULL && pthread_mutex_init(&self->lock, NULL) == 0;
+    pthread_condattr_t attributes;
+    if (self->data == NULL || pthread_mutex_init(&self->lock, NULL) != 0 ||
+        pthread_condattr_init(&attributes) != 0) {
+        return false;
+    }
+    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+    const bool ready = pthread_cond_init(&self->taken, &attributes) == 0;
+    pthread_condattr_destroy(&attributes);
+    return ready;
 }
 
 void output_close(struct output *self) {
     free(self->data);
     self->data = NULL;
+    pthread_cond_destroy(&self->taken);
     pthread_mutex_destroy(&self->lock);
 }
 
@@ -26,6 +38,7 @@ void output_reset(struct output *self, bool closed) {
     self->length = 0;
     self->closed = closed;
     self->overrun = false;
+    pthread_cond_signal(&self->taken);
     pthread_mutex_unlock(&self->lock);
 }
 
@@ -64,6 +77,18 @@ void output_put_text(struct output *self, const char *text) {
     output_put(self, text, strlen(text));
 }
 
+bool output_await(struct output *self) {
+    const struct timespec until = monotonic_timespec(monotonic_now_us() + AWAIT_US);
+    pthread_mutex_lock(&self->lock);
+    int waited = 0;
+    while (self->length > OUTPUT_BACKLOG_BYTES && waited == 0) {
+        waited = pthread_cond_timedwait(&self->taken, &self->lock, &until);
+    }
+    const bool has_room = self->length <= OUTPUT_BACKLOG_BYTES;
+    pthread_mutex_unlock(&self->lock);
+    return has_room;
+}
+
 static void put(void *self, const void *data, size_t bytes) {
     output_put(self, data, bytes);
 }
@@ -88,6 +113,7 @@ void output_take(struct output *self, size_t bytes) {
     const size_t taken = bytes < self->length ? bytes : self->length;
     self->head = (self->head + taken) % OUTPUT_BYTES;
     self->length -= taken;
+    pthread_cond_signal(&self->taken);
     INVARIANT(self->head < OUTPUT_BYTES && self->length <= OUTPUT_BYTES);
     pthread_mutex_unlock(&self->lock);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Output buffer of one client, of fixed size: a command fills it, the event loop empties it.
-/// Filling never blocks: data that does not fit is dropped and `overrun` is set.
+/// Filling never blocks: data that does not fit is dropped and `overrun` is set. Who has more than
+/// an answer waits for the client first.
 #ifndef VERGENCE_DAEMON_SERVER_OUTPUT_H
 #define VERGENCE_DAEMON_SERVER_OUTPUT_H
 
@@ -13,11 +14,14 @@
 /// Larger than the longest reply: a command's reply always fits once its client has read the
 /// earlier ones.
 enum { OUTPUT_BYTES = 256 * 1024 };
+/// A client that has more to read gets no further answer, and no part of a stream.
+enum { OUTPUT_BACKLOG_BYTES = OUTPUT_BYTES / 4 };
 
 /// Two threads may use it at a time: a writer and a reader.
 struct output {
     pthread_mutex_t lock;
-    char *data;  ///< OUTPUT_BYTES of them
+    pthread_cond_t taken;  ///< data was removed
+    char *data;            ///< OUTPUT_BYTES of them
     size_t head, length;
     bool closed;   ///< no reader: new data is discarded
     bool overrun;  ///< data was dropped
@@ -33,6 +37,8 @@ void output_reset(struct output *self, bool closed);
 
 void output_put(struct output *self, const void *data, size_t bytes);
 void output_put_text(struct output *self, const char *text);
+/// Waits until its backlog is small enough for more. False: not within 50 ms.
+bool output_await(struct output *self);
 /// For answers that go to it.
 struct reply_sink output_sink(struct output *self);
 

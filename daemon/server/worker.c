@@ -42,6 +42,21 @@ void worker_progress(struct worker *self, const char *what, uint32_t done, uint3
     reply_progress(&self->reply, what, done, total);
 }
 
+void worker_send(struct worker *self, const void *data, size_t bytes) {
+    const char *from = data;
+    while (bytes > 0) {
+        const size_t part = bytes < REPLY_BYTES_MAX ? bytes : REPLY_BYTES_MAX;
+        while (!output_await(self->running->output)) {
+            if (worker_should_stop(self)) {
+                return;
+            }
+        }
+        reply_bytes(&self->reply, from, part);
+        from += part;
+        bytes -= part;
+    }
+}
+
 static void rig_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
     worker_progress(cookie, what, done, total);
 }

@@ -52,7 +52,7 @@ static bool reads_whole(const struct reconstruct_job *job) {
         }
     }
     const bool simplifies = request->triangles > 0 || request->error_mm > 0;
-    return request->out_path == NULL || request->debug_path != NULL ||
+    return (request->out_path == NULL && job->sink == NULL) || request->debug_path != NULL ||
            (simplifies && job->program->make_mesh != NULL);
 }
 
@@ -587,10 +587,13 @@ static int measure(struct reconstruct_job *job) {
     return ERROR_OK;
 }
 
-/// Everything up to the hidden files.
+/// Everything up to the hidden files, or the end of the stream.
 static int make_results(struct reconstruct_job *job) {
     const int error = job->compact == NULL ? measure(job) : ERROR_OK;
-    return error == ERROR_OK && job->request->out_path != NULL ? write_results(job) : error;
+    return error != ERROR_OK                ? error
+           : job->request->out_path != NULL ? write_results(job)
+           : job->sink != NULL              ? compact_send(&job->context, job->sink, &job->message)
+                                            : ERROR_OK;
 }
 
 static int run(struct reconstruct_job *job) {

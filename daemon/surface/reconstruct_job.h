@@ -2,7 +2,7 @@
 /// One reconstruction from its inputs to a directory of results that appears whole or not at all:
 /// shared by `vergence reconstruct` and the console's `reconstruct`. The caller supplies the source
 /// of the images and an observer, the program the writers. Without an output directory in the
-/// request only `result` is made, with its points.
+/// request surface.compact goes to `sink`, or only `result` is made, with its points.
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_JOB_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_JOB_H
 
@@ -35,6 +35,8 @@ struct reconstruct_job {
     bool check_space;
     int files;
     uint64_t files_limit_bytes;
+
+    const struct output_sink *sink;  // of surface.compact, for a request without files; NULL: none
 
     /// Only figures are read after the run, neither maps nor points: rows of the maps are freed as
     /// surface.compact is written, which takes the memory for it.

@@ -141,6 +141,16 @@ class Client:
         line, self.left = self.left.split(b"\n", 1)
         return line.decode(errors="replace")
 
+    def take(self, wanted):
+        """Exactly so many bytes."""
+        while len(self.left) < wanted:
+            block = self.socket.recv(1 << 20)
+            if not block:
+                raise AssertionError(f"the end after {len(self.left)} of {wanted} bytes")
+            self.left += block
+        data, self.left = self.left[:wanted], self.left[wanted:]
+        return data
+
     def ask(self, command):
         """The lines of the answer, the last is OK or ERR."""
         self.send(command + "\n")

@@ -203,9 +203,7 @@ class Reconstruct(Surfaces):
         self.assertEqual(os.listdir(place), ["surface-c-1"])
         made = os.path.join(place, "surface-c-1")
         self.assertLess({"report.html", "mesh.glb", "depth.png"}, set(result_names(made)))
-        self.assertEqual(self.bytes_of("surface.compact", made), self.bytes_of("surface-c-1/surface.compact"))
-        self.assertEqual(set(result_names(os.path.join(self.files, "surface-c-1"))),
-                         {"surface.compact", "result.json"})
+        self.nothing_is_left()
         # Again, elsewhere, for a program; and not at all where it says what it wants.
         done = self.vergence("--json", *words, "--out", "other", program=program, cwd=place)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -407,6 +405,98 @@ class Reconstruct(Surfaces):
         self.assertEqual(error, "FULL", text)
         self.assertRegex(text, "^writing .*/surface-f-1/.* failed: File too large; ")
         self.asked("reconstruct f pair=1 scale=0.5")
+
+
+class Streamed(Surfaces):
+    """A program that asks with @binary gets surface.compact as it is written, and no file is."""
+    ask = "@json,progress,binary reconstruct c pair=1 near=1600 far=2300\n"
+    times = re.compile(rb"^(\w+_(us|bytes)|threads) [^\n]+\n", re.MULTILINE)
+
+    def setUp(self):
+        super().setUp()
+        self.session("c")
+
+    @staticmethod
+    def rest(client):
+        """The bytes up to the answer, and that."""
+        data, answer = b"", json.loads(client.line())
+        while "event" in answer:
+            data += client.take(answer["bytes"]) if answer["event"] == "bytes" else b""
+            answer = json.loads(client.line())
+        return data, answer
+
+    def begun(self):
+        """A client that has got the first bytes."""
+        client = self.client()
+        client.send(self.ask)
+        event = {"event": ""}
+        while event["event"] != "bytes":
+            event = json.loads(client.line())
+        return client, client.take(event["bytes"])
+
+    def held(self, client):
+        """Waits until the reconstruction waits for the reader: others wait for it, and see that."""
+        self.assertEqual(client.begin("files"), "... waiting for another client's reconstruct 0/1")
+
+    def test_the_bytes_are_those_of_the_file_and_none_is_written(self):
+        before = resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE)
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, (0, before[1]))
+        try:
+            self.first.send(self.ask)
+            data, answer = self.rest(self.first)
+        finally:
+            resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, before)
+        self.assertTrue(answer["ok"], answer)
+        self.assertEqual(answer["result"]["result"], "surface-c-1")
+        self.nothing_is_left()
+        self.asked("reconstruct c pair=1 near=1600 far=2300")
+        file = self.bytes_of("surface-c-1/surface.compact")
+        # All but the times of the head, and the CRC over them.
+        self.assertEqual(self.times.sub(b"", data)[:-4], self.times.sub(b"", file)[:-4])
+
+    def test_who_says_which_files_gets_files(self):
+        for words, prefix in (("files=surface.compact", "json,binary"), ("", "json")):
+            self.assertTrue(self.first.ask_json(f"reconstruct c pair=1 scale=0.5 {words}", prefix)["ok"])
+            self.assertIn("surface.compact", os.listdir(os.path.join(self.files, "surface-c-1")))
+            shutil.rmtree(os.path.join(self.files, "surface-c-1"))
+
+    def test_a_slow_reader_holds_the_reconstruction_up_and_gets_all(self):
+        slow, data = self.begun()
+        self.held(self.first)
+        more, answer = self.rest(slow)
+        self.assertTrue(answer["ok"], answer)
+        self.first.begun_answer()
+        path = os.path.join(self.folder, "slow.compact")
+        with open(path, "wb") as file:
+            file.write(data + more)
+        done = subprocess.run(
+            [os.environ["VERGENCE"], "reconstruct", path, "--files", "result.json", "--out",
+             os.path.join(self.folder, "slow")], capture_output=True, text=True, timeout=TIMEOUT_S)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_reader_that_goes_or_cancels_ends_it(self):
+        gone, _ = self.begun()
+        self.held(self.first)
+        gone.socket.close()
+        self.assertEqual(self.first.begun_answer()[-1], "OK")
+        self.nothing_is_left()
+        stops, _ = self.begun()
+        self.held(self.first)
+        stops.send("\x03")
+        self.assertEqual(self.rest(stops)[1]["error"], "CANCELLED")
+        self.assertEqual(self.first.begun_answer()[-1], "OK")
+        self.nothing_is_left()
+
+    def test_a_pc_with_a_full_disk_ends_it_and_keeps_nothing(self):
+        place = os.path.join(self.folder, "full")
+        os.mkdir(place)
+        done = subprocess.run(
+            ["sh", "-c", 'ulimit -f 100; exec "$@"', "sh", os.environ["VERGENCE"], "--connect",
+             f"unix:{self.path}", "reconstruct", "c", "near=1600", "far=2300"],
+            cwd=place, capture_output=True, text=True, timeout=TIMEOUT_S)
+        self.assertEqual((done.returncode, os.listdir(place)), (1, []), done.stderr)
+        self.assertRegex(done.stderr, "^vergence: [^\n]*surface.compact: File too large\n$")
+        self.asked("files")
 
 
 class SmallStack(Surfaces):

@@ -17,14 +17,6 @@ class Streaming(DeviceTest):
         self.serve(self.cameras(), "profile=two-cameras")
         self.asked("bringup")
 
-    def taken(self, client, bytes_wanted):
-        while len(client.left) < bytes_wanted:
-            block = client.socket.recv(1 << 20)
-            self.assertTrue(block, "the end instead of a picture")
-            client.left += block
-        data, client.left = client.left[:bytes_wanted], client.left[bytes_wanted:]
-        return data
-
     def picture(self, answer, data):
         self.assertTrue(answer["ok"], answer)
         result = answer["result"]
@@ -34,7 +26,7 @@ class Streaming(DeviceTest):
 
     def streamed(self, client, *words):
         answer = client.ask_json(" ".join(("stream", *words)), "json,binary")
-        return self.picture(answer, self.taken(client, answer["result"]["bytes"]))
+        return self.picture(answer, client.take(answer["result"]["bytes"]))
 
     def shows(self, picture, seeds, tolerance):
         """Whether the picture is of the textures of these seeds; webcams send half the colours."""
@@ -73,7 +65,7 @@ class Streaming(DeviceTest):
         self.asked("status")
         for _ in range(3):
             answer = json.loads(slow.line())
-            picture = self.picture(answer, self.taken(slow, answer["result"]["bytes"]))
+            picture = self.picture(answer, slow.take(answer["result"]["bytes"]))
             self.assertTrue(self.shows(picture, (0, 1), 2))
         self.assertEqual(slow.left, b"")
 

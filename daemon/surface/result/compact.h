@@ -7,6 +7,7 @@
 #define VERGENCE_DAEMON_SURFACE_RESULT_COMPACT_H
 
 #include "core/parallel.h"
+#include "daemon/files/output_file.h"
 #include "daemon/surface/result/reconstruct_context.h"
 
 #ifdef __cplusplus
@@ -37,6 +38,10 @@ struct compact {
 /// inputs cannot be described; those of output_file_close.
 int compact_write(const struct reconstruct_context *context, const char *path,
                   struct message *message);
+
+/// The same bytes to `sink`, as they are made.
+int compact_send(const struct reconstruct_context *context, const struct output_sink *sink,
+                 struct message *message);
 
 /// Whether a plain file begins as one of any version.
 bool compact_is(const char *path);

@@ -6,9 +6,9 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/files/output_file.h"
 #include "daemon/surface/result/compact.h"
 #include "daemon/surface/result/compact_band.h"
+#include "daemon/surface/result/result_format.h"
 
 enum { WINDOW_BITS = 9 };  // noise repeats nothing but one value: runs need no window
 
@@ -119,14 +119,19 @@ static int write_all_of(struct writer *self, const struct reconstruct_context *c
                : message_set(message, error, "%s: %s", self->file.path, error_text(error));
 }
 
-int compact_write(const struct reconstruct_context *context, const char *path,
-                  struct message *message) {
+/// To `sink`, or if that is NULL into the file.
+static int write_to(const struct reconstruct_context *context, const struct output_sink *sink,
+                    const char *path, struct message *message) {
     struct writer *self = calloc(1, sizeof *self);
     const bool ready = self != NULL && deflateInit2(&self->deflater, Z_BEST_SPEED, Z_DEFLATED,
                                                     WINDOW_BITS, MAX_MEM_LEVEL - 1, Z_RLE) == Z_OK;
     int error = ERROR_MEMORY;
     if (ready && compact_band_take(context->result->plan.width_px, &self->band)) {
-        output_file_open(&self->file, path);
+        if (sink != NULL) {
+            output_file_open_sink(&self->file, sink, path);
+        } else {
+            output_file_open(&self->file, path);
+        }
         error = write_all_of(self, context, message);
     } else {
         message_set(message, error, "%s: out of memory", path);
@@ -137,4 +142,14 @@ int compact_write(const struct reconstruct_context *context, const char *path,
     }
     free(self);
     return error;
+}
+
+int compact_write(const struct reconstruct_context *context, const char *path,
+                  struct message *message) {
+    return write_to(context, NULL, path, message);
+}
+
+int compact_send(const struct reconstruct_context *context, const struct output_sink *sink,
+                 struct message *message) {
+    return write_to(context, sink, result_formats[RESULT_COMPACT].file_name, message);
 }

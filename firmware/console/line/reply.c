@@ -282,6 +282,24 @@ void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_
     flush(self);
 }
 
+void reply_bytes(struct reply *self, const void *data, size_t bytes) {
+    INVARIANT(self->request.binary && !self->request.framed && !self->terminal);
+    INVARIANT(!self->begun && bytes <= REPLY_BYTES_MAX);
+    if (self->request.json) {
+        begin_json(self, "bytes");
+        json_integer(&self->json, "bytes", (int64_t)bytes);
+        frame_line(self);
+    } else {
+        char number[DECIMAL_TEXT_BYTES];
+        decimal_print_integer((int64_t)bytes, number);
+        put_string(self, "... bytes ");
+        put_string(self, number);
+        put_string(self, "\n");
+    }
+    flush(self);
+    self->sink.put(self->sink.self, data, bytes);
+}
+
 static void put_units(struct reply *self) {
     json_open_object(&self->json, "units");
     for (size_t at = 0; at < self->units_length;) {

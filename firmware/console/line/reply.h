@@ -9,7 +9,9 @@
 ///
 ///   {"result": {...}, "ok": true, "error": "OK", "code": 0, "message": ""}
 ///
-/// Lines before the answer have an "event": "progress", or "watch" after a "result". If the request
+/// Lines before the answer have an "event": "progress", or "watch" after a "result". If bytes were
+/// requested, they may come in parts before the answer, each after a line `... bytes N`, or the
+/// event "bytes" with the number "bytes", at most REPLY_BYTES_MAX. If the request
 /// had a CRC, "crc" comes last: eight hexadecimal digits, the CRC-32 of the line up to `, "crc"`.
 /// "units" after the result has the units of its numbers by their names, with dots between the
 /// names of groups; once for all members of a list: "parts[].last".
@@ -33,6 +35,7 @@ enum {
     REPLY_UNITS_BYTES = 2048,
     REPLY_PATH_BYTES = 160,
     REPLY_PART_BYTES = 512,
+    REPLY_BYTES_MAX = 32768,
 };
 
 /// Where the bytes of an answer go.
@@ -71,6 +74,8 @@ void reply_begin(struct reply *self, const struct reply_sink *sink, const struct
 /// Reports progress of a command as a bar, a line or an event; ignored after the first item and if
 /// `total` is 0.
 void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_t total);
+/// Sends bytes, at most REPLY_BYTES_MAX, before the first item. The request has `binary`.
+void reply_bytes(struct reply *self, const void *data, size_t bytes);
 /// Ends the answer, with a human-readable `message` if `error` is not 0.
 void reply_end(struct reply *self, int error, const char *message);
 /// Ends one round of `watch`; `reply_begin` begins the next.

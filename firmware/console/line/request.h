@@ -5,7 +5,8 @@
 ///   json      answer with one JSON object on a line
 ///   text      answer with text: items, then OK or ERR NAME text
 ///   progress  long commands report progress, on separate lines
-///   binary    bytes may follow the answer, as its item "bytes" says: the client reads them
+///   binary    bytes may follow the answer, as its item "bytes" says, or come before it in parts,
+///             see reply.h: the client reads them
 ///   crc=H     must be last. CRC-32 of the line without this option and the blank after it: a line
 ///             with a wrong CRC is rejected. The answer has a CRC too, see reply.h
 ///
