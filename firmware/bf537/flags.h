@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bridge's interrupt (PG10, high: active) and reset (PG11, low: active).
+/// The pins: the bridge's interrupt (PG10, high: active) and reset (PG11, low: active) as flags,
+/// and those of the UARTs and the PPI, which get theirs.
 #ifndef VERGENCE_BF537_FLAGS_H
 #define VERGENCE_BF537_FLAGS_H
 

@@ -10,16 +10,12 @@
 #define MMR32(address) (*(volatile uint32_t *)(uintptr_t)(address))
 
 // Clocks and reset
-#define PLL_DIV MMR16(0xFFC00004)
-#define PLL_CTL MMR16(0xFFC00000)
 #define SWRST MMR16(0xFFC00100)
-#define SYSCR MMR16(0xFFC00104)
-enum { SWRST_DOUBLE_FAULT = 1 << 13, SWRST_WATCHDOG = 1 << 14, SWRST_SOFTWARE = 1 << 15 };
+enum { SWRST_WATCHDOG = 1 << 14 };
 
 // System interrupt controller
 #define SIC_IMASK MMR32(0xFFC0010C)
 #define SIC_IAR(n) MMR32(0xFFC00110u + 4u * (uint32_t)(n))
-#define SIC_ISR MMR32(0xFFC00120)
 #define SIC_IWR MMR32(0xFFC00124)
 enum { SIC_UART0_RX = 11, SIC_UART0_TX = 12, SIC_UART1_RX = 13, SIC_UART1_TX = 14 };
 
@@ -27,7 +23,7 @@ enum { SIC_UART0_RX = 11, SIC_UART0_TX = 12, SIC_UART1_RX = 13, SIC_UART1_TX = 1
 #define WDOG_CTL MMR16(0xFFC00200)
 #define WDOG_CNT MMR32(0xFFC00204)
 #define WDOG_STAT MMR32(0xFFC00208)
-enum { WDOG_RESETS = 0x0000, WDOG_OFF = 0x0AD6, WDOG_EXPIRED = 0x8000 };
+enum { WDOG_RESETS = 0x0000, WDOG_OFF = 0x0AD6 };
 
 // UARTs
 enum { UART0 = 0x0400, UART1 = 0x2000 };  ///< offset of the registers of a UART
@@ -42,7 +38,7 @@ enum { UART0 = 0x0400, UART1 = 0x2000 };  ///< offset of the registers of a UART
 #define UART_GCTL(uart) MMR16(UART_BASE(uart) + 0x24)
 enum { UART_IER_ERBFI = 1 };
 enum { UART_LCR_8N1 = 0x03, UART_LCR_DLAB = 0x80 };
-enum { UART_LSR_DR = 0x01, UART_LSR_OE = 0x02, UART_LSR_THRE = 0x20, UART_LSR_TEMT = 0x40 };
+enum { UART_LSR_DR = 0x01, UART_LSR_OE = 0x02, UART_LSR_THRE = 0x20 };
 enum { UART_GCTL_UCEN = 1 };
 
 // Ports: F and G
@@ -53,7 +49,6 @@ enum { UART_GCTL_UCEN = 1 };
 #define PORTGIO_INEN MMR16(0xFFC01540)
 #define PORTF_FER MMR16(0xFFC03200)
 #define PORTG_FER MMR16(0xFFC03204)
-#define PORT_MUX MMR16(0xFFC0320C)
 
 // Two-wire interface
 #define TWI_CLKDIV MMR16(0xFFC01400)
@@ -86,7 +81,6 @@ enum {
     TWI_STAT_WRITE_ERROR = 0x0020,
     TWI_STAT_SDA_LOW = 0x0040,
     TWI_STAT_SCL_LOW = 0x0080,
-    TWI_STAT_BUSY = 0x0100,
     TWI_STAT_ERRORS = TWI_STAT_LOST | TWI_STAT_NACK_ADDRESS | TWI_STAT_NACK_DATA |
                       TWI_STAT_READ_ERROR | TWI_STAT_WRITE_ERROR,
 };
@@ -122,8 +116,6 @@ enum { DMA_ENABLE = 1, DMA_TO_MEMORY = 2, DMA_16_BITS = 4, DMA_2D = 0x10, DMA_IN
 enum { DMA_DONE = 1, DMA_ERROR = 2, DMA_RUNS = 8 };
 
 // Core: events and timer
-#define EVT(n) MMR32(0xFFE02000u + 4u * (uint32_t)(n))
-#define IMASK MMR32(0xFFE02104)
 #define IPEND MMR32(0xFFE02108)
 #define TCNTL MMR32(0xFFE03000)
 #define TPERIOD MMR32(0xFFE03004)

@@ -109,6 +109,7 @@ static uint32_t faults_of(uint16_t status) {
 /// Receives one frame. `*begin_us`: when its first line was seen to arrive.
 static int receive(uint64_t deadline_us, struct slot *slot, uint64_t *begin_us, uint32_t *faults) {
     bool begun = false;
+    *begin_us = bf537_now_us();
     begin_transfer(slot);
     for (;;) {
         const uint16_t status = DMA0_IRQ_STATUS;

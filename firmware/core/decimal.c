@@ -105,6 +105,7 @@ int decimal_from_double(double value, int decimals, int64_t *scaled) {
 }
 
 size_t decimal_print_integer(int64_t value, char text[DECIMAL_TEXT_BYTES]) {
+    INVARIANT(text != NULL);
     char reversed[DECIMAL_TEXT_BYTES];
     size_t count = 0, length = 0;
     uint64_t rest = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
@@ -124,6 +125,7 @@ size_t decimal_print_integer(int64_t value, char text[DECIMAL_TEXT_BYTES]) {
 }
 
 size_t decimal_print_double(double value, int decimals, char text[DECIMAL_TEXT_BYTES]) {
+    INVARIANT(decimals >= 0 && decimals <= DECIMAL_MAX_DECIMALS);
     const double whole_max = 9223372036854775807.0;
     int64_t scaled = 0;
     while (decimals >= 0 && decimal_from_double(value, decimals, &scaled) != ERROR_OK) {

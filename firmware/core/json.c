@@ -50,6 +50,7 @@ static void put_indent(struct json *json) {
 
 /// Writes what precedes a value: comma, line, indentation, name.
 static void put_lead(struct json *json, const char *name) {
+    INVARIANT(json->put != NULL && json->depth >= 0 && json->depth <= JSON_MAX_DEPTH);
     const bool in_line = json->in_line[json->depth];
     if (!json->first[json->depth]) {
         put_string(json, in_line ? ", " : ",");

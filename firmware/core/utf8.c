@@ -10,6 +10,7 @@ size_t utf8_character(const char *text, uint32_t *character) {
         unsigned char mask, lead;
         uint32_t min;
     } forms[] = {{0x80, 0, 0}, {0xE0, 0xC0, 0x80}, {0xF0, 0xE0, 0x800}, {0xF8, 0xF0, 0x10000}};
+    INVARIANT(text != NULL && character != NULL);
     const unsigned char *byte = (const unsigned char *)text;
     size_t more = 0;
     while (more < sizeof forms / sizeof forms[0] &&
@@ -41,6 +42,7 @@ bool utf8_is_control(uint32_t character) {
 }
 
 size_t utf8_count_printable(const char *text) {
+    INVARIANT(text != NULL);
     size_t length = 0;
     uint32_t character = 0;
     while (text[length] != '\0') {
@@ -55,14 +57,20 @@ size_t utf8_count_printable(const char *text) {
 
 void utf8_copy_printable(const char *text, char *to, size_t bytes) {
     size_t length = 0;
-    INVARIANT(bytes > 0);
+    INVARIANT(text != NULL && bytes > 0);
     while (*text != '\0' && length + 1 < bytes) {
         const size_t good = utf8_count_printable(text);
         const size_t room = bytes - 1 - length;
-        const size_t copied = good < room ? good : room;
+        size_t copied = good < room ? good : room;
+        while (copied < good && copied > 0 && ((unsigned char)text[copied] & 0xC0) == 0x80) {
+            copied--;  // no part of a character
+        }
         memcpy(to + length, text, copied);
         length += copied;
         text += copied;
+        if (copied < good) {
+            break;
+        }
         if (good == 0) {
             to[length++] = '?';
             text++;

@@ -62,7 +62,8 @@ class Board:
         """What comes up to a text that `ends` accepts."""
         def complete():
             if not ends(self.text) and select.select([self.far], [], [], 0.1)[0]:
-                self.text += os.read(self.far, 4096).decode().replace("\r\n", "\n")
+                # A line's end may come in two parts.
+                self.text = (self.text + os.read(self.far, 4096).decode()).replace("\r\n", "\n")
             return ends(self.text)
         wait_until(complete, lambda: f"the console does not answer: {self.text!r}")
         found, self.text = self.text, ""

@@ -62,7 +62,9 @@ static void look(struct hw *me, struct bfin_ppi *ppi) {
                    (faults & SIMRIG_FRAME_LONG ? 0x100 : 0) |
                    (faults & SIMRIG_FRAME_SHORT ? 0x800 : 0);
     port.bytes = request.reply_bytes - HEAD_BYTES;
-    port.frame = malloc(port.bytes);
+    port.frame = request.reply_bytes > HEAD_BYTES ? malloc(port.bytes) : NULL;
+    if (port.frame == NULL)
+        hw_abort(me, "no memory for a frame of the rig, or none in its answer");
     memcpy(port.frame, request.reply + HEAD_BYTES, port.bytes);
 }
 

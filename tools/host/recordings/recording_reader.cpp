@@ -148,6 +148,10 @@ std::string recording_reader::take(uint64_t bytes) {
 
 const std::string &recording_reader::open_chunk(const std::string &compression, const char *packed,
                                                 size_t packed_bytes, uint64_t bytes) {
+    // An archive that contains itself would never end.
+    if (within_chunk()) {
+        damaged("a chunk within a chunk");
+    }
     const auto how = unpackers.find(compression);
     if (how == unpackers.end()) {
         throw import_failure{ERROR_UNSUPPORTED,
