@@ -59,7 +59,7 @@ class Build:
 def own_objects(build, shim, *flags):
     parts = ["daemon/backends/linux/gpiod_lines.c", f"daemon/backends/linux/gpiod_shim_{shim}.c",
              "daemon/backends/linux/device_file.c", "daemon/backends/linux/monotonic_clock.c", "daemon/base/message.c",
-             "firmware/core/error.c", "firmware/core/invariant.c"]
+             "firmware/core/error.c", "firmware/core/invariant.c", "firmware/core/utf8.c"]
     return [build.compile(part, *WARNINGS, *OWN, *flags) for part in parts]
 
 

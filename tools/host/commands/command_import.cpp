@@ -64,7 +64,6 @@ const option_page page_of_command = {
     "no pairs in it, no calibration, or damaged.",
     "vergence export files/scene --calibration rig.txt --mcap scene.mcap\n"
     "vergence import scene.mcap --out drive\n"
-    "vergence import corridor.bag --out corridor\n"
     "vergence import scene.mcap --topics /left/image_raw,/right/image_raw --every 20 --out few\n"
     "vergence import zed.png --side-by-side --calibration rig.txt --out zed",
     options,
