@@ -18,7 +18,8 @@ static void add(void *cookie, const char *word) {
     struct list *self = cookie;
     const size_t length = strlen(word);
     if (strncmp(word, self->begun, strlen(self->begun)) != 0 || length == 0 ||
-        strpbrk(word, " \t\"#") != NULL || self->text.length + length + 2 > self->text.bytes) {
+        word[strcspn(word, " \t\"#")] != '\0' ||
+        self->text.length + length + 2 > self->text.bytes) {
         return;
     }
     command_text_add(&self->text, self->text.length > 0 ? " " : "");
