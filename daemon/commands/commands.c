@@ -43,17 +43,11 @@ struct command_table commands_all(void) {
         COMMAND_MODULES(TABLE) command_help_table, command_rig_table};
 #undef TABLE
     static struct command all[COMMANDS_MAX];
-    size_t count = 0;
-    for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
-        size_t more = 0;
-        const struct command *table = tables[i](&more);
-        INVARIANT(count + more <= COMMANDS_MAX);
-        memcpy(all + count, table, more * sizeof *all);
-        count += more;
-    }
-    for (size_t i = 0; i < count; i++) {
+    const struct command_table table =
+        command_join(tables, sizeof tables / sizeof tables[0], all, COMMANDS_MAX);
+    for (size_t i = 0; i < table.count; i++) {
         adapt(&all[i]);
     }
-    qsort(all, count, sizeof *all, by_name);
-    return (struct command_table){all, count};
+    qsort(all, table.count, sizeof *all, by_name);
+    return table;
 }

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bf537/commands.h"
 
-#include <string.h>
-
 #include "bf537/clock.h"
 #include "bf537/console.h"
 #include "bf537/fault.h"
 #include "console/line/commands_help.h"
 #include "core/error.h"
-#include "core/invariant.h"
 
 enum { COMMANDS_MAX = 40 };
 
@@ -40,13 +37,5 @@ struct command_table bf537_commands(void) {
     static const struct command *(*const tables[])(size_t *) = {board_table, command_help_table,
                                                                 command_rig_table};
     static struct command all[COMMANDS_MAX];
-    size_t count = 0;
-    for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
-        size_t more = 0;
-        const struct command *table = tables[i](&more);
-        INVARIANT(count + more <= COMMANDS_MAX);
-        memcpy(all + count, table, more * sizeof *all);
-        count += more;
-    }
-    return (struct command_table){all, count};
+    return command_join(tables, sizeof tables / sizeof tables[0], all, COMMANDS_MAX);
 }

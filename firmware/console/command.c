@@ -455,3 +455,16 @@ int command_parse(const char *line, const struct command *table, size_t count, c
     *found = error == ERROR_OK ? command : NULL;
     return error;
 }
+
+struct command_table command_join(const struct command *(*const tables[])(size_t *),
+                                  size_t table_count, struct command *all, size_t capacity) {
+    size_t count = 0;
+    for (size_t i = 0; i < table_count; i++) {
+        size_t more = 0;
+        const struct command *table = tables[i](&more);
+        INVARIANT(count + more <= capacity);
+        memcpy(all + count, table, more * sizeof *all);
+        count += more;
+    }
+    return (struct command_table){all, count};
+}

@@ -237,6 +237,10 @@ const struct command *command_find(const struct command *table, size_t count, co
 int command_unknown(const struct command *table, size_t count, const char *name,
                     struct command_text *message);
 
+/// Joins what these functions return into `all`, which has room for `capacity` commands.
+struct command_table command_join(const struct command *(*const tables[])(size_t *),
+                                  size_t table_count, struct command *all, size_t capacity);
+
 /// The rig's own commands: those that need only the rig.
 const struct command *command_rig_table(size_t *count);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// UTF-8 text, and text from elsewhere (another program, a file, a name) made safe to show: control
+/// UTF-8 text, and text from elsewhere (another program, a file, a name) for terminals: control
 /// characters, and those that turn the direction of writing, never reach a terminal.
 #ifndef VERGENCE_CORE_UTF8_H
 #define VERGENCE_CORE_UTF8_H

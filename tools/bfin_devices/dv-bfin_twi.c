@@ -82,7 +82,7 @@ static void run_transfer(struct hw *me, struct bfin_twi *twi) {
     }
     bus.messages = 0;
     if (request.status == SIMRIG_I2C_TIMEOUT)
-        return; /* a held clock: the interface waits for ever */
+        return; /* a held clock: the interface waits without end */
     if (request.status == SIMRIG_OK)
         report_at(me, twi, rig_time(), EVENT_COMPLETE, 0);
     else
