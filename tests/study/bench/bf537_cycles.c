@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cycles of the stereo pipeline on the simulated BF537: tools/bench bf537 builds, runs and reads
+// it. Each line is the name of a stage, its cycles in thousands, and what they are divided by.
+#include <inttypes.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "core/arena.h"
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "core/parallel.h"
+#include "stereo/geometry/calibration.h"
+#include "stereo/geometry/rectify.h"
+#include "stereo/image/reason.h"
+#include "stereo/match/match.h"
+#include "stereo/pictures.h"
+#include "stereo/subpixel.h"
+
+enum {
+    RAW_BITS = 10,
+    WORKING_BYTES = 12 << 20,
+    STACK_BYTES = 64 << 10,
+    PAINT = 0x5a,
+    PAINT_BELOW = 128,  // the frame that paints
+};
+
+static struct arena working;
+static uint32_t random_state;
+
+static uint32_t next_random(void) {
+    random_state = random_state * 1664525u + 1013904223u;
+    return random_state >> 16;
+}
+
+static uint64_t read_cycles(void) {
+    uint32_t low, high;
+    __asm__ volatile("%0 = cycles; %1 = cycles2;" : "=d"(low), "=d"(high));
+    return (uint64_t)high << 32 | low;
+}
+
+static void start_cycles(void) {
+    uint32_t bits;
+    __asm__ volatile("%0 = syscfg; bitset(%0, 1); syscfg = %0;" : "=d"(bits));
+}
+
+static void *must_take(size_t count, size_t element_bytes) {
+    void *taken = arena_take(&working, count, element_bytes);
+    INVARIANT(taken != NULL);
+    return taken;
+}
+
+// The stack below a stage: painted before it, and what of it was used after it.
+static uint8_t *stack_end;
+
+__attribute__((noinline)) static void paint_stack(void) {
+    stack_end = (uint8_t *)__builtin_frame_address(0) - PAINT_BELOW;
+    for (uint8_t *at = stack_end - STACK_BYTES; at < stack_end; at++) {
+        *(volatile uint8_t *)at = PAINT;
+    }
+}
+
+static int used_stack(void) {
+    const uint8_t *at = stack_end - STACK_BYTES;
+    while (at < stack_end && *(const volatile uint8_t *)at == PAINT) {
+        at++;
+    }
+    return (int)(stack_end - at) + PAINT_BELOW;
+}
+
+static void print_stage(const char *stage, uint64_t cycles, uint32_t units, uint32_t crc) {
+    printf("%s %" PRIu32 " %" PRIu32 " %d %08" PRIx32 "\n", stage,
+           (uint32_t)((cycles + 500) / 1000), units, used_stack(), crc);
+}
+
+// Disparity of a left pixel: a slanted plane, and in front of it a rectangle and a curved ridge.
+static int disparity_at(int x, int y, int width, int height, int most) {
+    const int across = 64 * x / width, down = 64 * y / height;
+    if (across > 20 && across < 34 && down > 16 && down < 48) {
+        return most * 3 / 4;
+    }
+    const int beside = across > 46 ? across - 46 : 46 - across;
+    const int ridge = beside < 8 ? (64 - beside * beside) * most / 192 : 0;
+    return most / 8 + most * down / 256 + ridge;
+}
+
+// Values between nodes every four pixels, and some of single pixels.
+static void fill_texture(uint8_t *pixels, int width, int height) {
+    for (int y = 0; y < height; y++) {
+        for (int x = 0; x < width; x++) {
+            const int coarse = (x / 4 * 73 ^ y / 4 * 151) * 37 >> 2 & 127;
+            pixels[y * width + x] = (uint8_t)(40 + coarse + (int)(next_random() & 31));
+        }
+    }
+}
+
+static void fill_right(const struct image_u8 *left, const struct image_u8 *right, int disparities) {
+    for (int y = 0; y < left->height; y++) {
+        const uint8_t *from = image_u8_row(left, y);
+        uint8_t *to = image_u8_row(right, y);
+        for (int x = 0; x < left->width; x++) {
+            to[x] = (uint8_t)(40 + (next_random() & 127));
+        }
+        for (int x = 0; x < left->width; x++) {
+            const int at = x - disparity_at(x, y, left->width, left->height, disparities);
+            if (at >= 0) {
+                to[at] = (uint8_t)(from[x] + (int)(next_random() & 3));
+            }
+        }
+    }
+}
+
+static struct image_u8 take_image(int width, int height) {
+    return (struct image_u8){must_take((size_t)width * (size_t)height, 1), width, height, width};
+}
+
+static uint32_t crc_of(const struct match_output *output) {
+    const size_t pixels = (size_t)output->reason.width * (size_t)output->reason.height;
+    uint32_t crc = crc_update(0, output->disparity_q8.data, pixels * sizeof(int32_t));
+    crc = crc_update(crc, output->reason.data, pixels);
+    return crc_update(crc, output->confidence.data, pixels);
+}
+
+static void match_and_fit(const struct match_input *input, enum match_preset preset, int width,
+                          int height, int disparities) {
+    const size_t mark = arena_mark(&working);
+    struct match_options options = match_default_options(0, disparities);
+    options.preset = preset;
+    const size_t pixels = (size_t)width * (size_t)height;
+    struct match_output output = {
+        .disparity_q8 = {must_take(pixels, sizeof(int32_t)), width, height, width},
+        .reason = take_image(width, height),
+        .confidence = take_image(width, height),
+    };
+    paint_stack();
+    uint64_t begin = read_cycles();
+    int error = match_run(input, &options, &parallel_serial, NULL, NULL, &working, &output);
+    uint64_t end = read_cycles();
+    INVARIANT(error == ERROR_OK);
+    const bool is_paper = preset == MATCH_PRESET_PAPER;
+    const uint32_t all = (uint32_t)pixels * (uint32_t)disparities;
+    const uint32_t units = is_paper ? all : (uint32_t)match_work(width, height, &options);
+    print_stage(match_preset_name(preset), end - begin, units, crc_of(&output));
+    if (is_paper) {
+        arena_release(&working, mark);
+        return;
+    }
+    struct subpixel fit;
+    struct image_u8 sigma = take_image(width, height);
+    paint_stack();
+    begin = read_cycles();
+    error = subpixel_begin(&fit, input, &parallel_serial, &working, &output, &sigma, false);
+    INVARIANT(error == ERROR_OK);
+    subpixel_advance(&fit, height);
+    end = read_cycles();
+    print_stage("subpixel", end - begin, (uint32_t)pixels,
+                crc_update(crc_of(&output), sigma.data, pixels));
+    arena_release(&working, mark);
+}
+
+static void run_matching(int width, int height, int disparities) {
+    const size_t mark = arena_mark(&working);
+    const struct image_u8 left = take_image(width, height), right = take_image(width, height);
+    fill_texture(left.data, width, height);
+    fill_right(&left, &right, disparities);
+    const struct match_input input = {.left = left, .right = right, .resampled = true};
+    match_and_fit(&input, MATCH_PRESET_BOARD, width, height, disparities);
+    match_and_fit(&input, MATCH_PRESET_PAPER, width, height, disparities);
+    arena_release(&working, mark);
+}
+
+// A pair verged by 6 degrees, seen by lenses that distort.
+static struct calibration rig_of(int width, int height) {
+    const struct lens lens = {.width_px = width,
+                              .height_px = height,
+                              .fx_px = 2.0 * width,
+                              .fy_px = 2.0 * width,
+                              .cx_px = 0.5 * width,
+                              .cy_px = 0.5 * height,
+                              .k1 = -0.12,
+                              .k2 = 0.1};
+    struct calibration rig = {.id = "bench", .left = lens, .right = lens};
+    rig.rotation_right_left_rad[1] = 0.1;
+    rig.rotation_right_left_rad[2] = 0.01;
+    rig.translation_right_left_mm[0] = -120;
+    return rig;
+}
+
+// Half the angle for each side; the plan is given, since it is the set-up of a pan or zoom.
+static struct rectify_plan plan_of(const struct calibration *rig, int width, int height) {
+    const double cosine = 0.99875026, sine = 0.04997917;
+    const double left[9] = {cosine, 0, -sine, 0, 1, 0, sine, 0, cosine};
+    const double right[9] = {cosine, 0, sine, 0, 1, 0, -sine, 0, cosine};
+    struct rectify_plan plan = {.width_px = width,
+                                .height_px = height,
+                                .f_px = 0.5 * rig->left.fx_px,
+                                .fy_px = 0.5 * rig->left.fx_px,
+                                .cx_left_px = 0.5 * width,
+                                .cx_right_px = 0.5 * width,
+                                .cy_px = 0.5 * height,
+                                .baseline_mm = 120,
+                                .disparity_count = 64};
+    for (int i = 0; i < 9; i++) {
+        plan.R_rect_left[i] = left[i];
+        plan.R_rect_right[i] = right[i];
+    }
+    return plan;
+}
+
+static uint64_t clock_cycles(void *self) {
+    (void)self;
+    return read_cycles();
+}
+
+static struct picture_side take_side(int width, int height, int raw_width, int raw_height) {
+    const size_t raw_pixels = (size_t)raw_width * (size_t)raw_height;
+    uint16_t *data = must_take(raw_pixels, sizeof *data);
+    for (size_t i = 0; i < raw_pixels; i++) {
+        data[i] = (uint16_t)(i % 512 + (next_random() & 255));
+    }
+    return (struct picture_side){
+        .raw = {.data = data,
+                .width_px = raw_width,
+                .height_px = raw_height,
+                .stride = raw_width,
+                .bits = RAW_BITS,
+                .layout = RAW_BAYER_GRBG},
+        .span = must_take((size_t)height, sizeof(struct rectify_span)),
+        .grey = take_image(width, height),
+        .colour = {must_take((size_t)width * (size_t)height, 3), width, height, 3 * width},
+    };
+}
+
+static void run_pictures(int width, int height, int raw_width, int raw_height) {
+    const struct calibration rig = rig_of(raw_width, raw_height);
+    const struct rectify_plan plan = plan_of(&rig, width, height);
+    struct pictures pictures = {.parallel = &parallel_serial, .now_us = clock_cycles};
+    for (int i = 0; i < 2; i++) {
+        pictures.side[i] = take_side(width, height, raw_width, raw_height);
+    }
+    paint_stack();
+    const uint64_t begin = read_cycles();
+    const int error = pictures_begin(&pictures, &plan, &rig, &working);
+    const uint64_t end = read_cycles();
+    INVARIANT(error == ERROR_OK);
+    const size_t pixels = (size_t)width * (size_t)height;
+    print_stage("prepare", end - begin, (uint32_t)pixels, 0);
+    paint_stack();
+    pictures_rows(&pictures, 0, height);
+    uint32_t crc = 0;
+    for (int i = 0; i < 2; i++) {
+        crc = crc_update(crc, pictures.side[i].grey.data, pixels);
+        crc = crc_update(crc, pictures.side[i].colour.data, 3 * pixels);
+    }
+    print_stage("develop", pictures.develop_us, 2 * (uint32_t)(raw_width * raw_height), crc);
+    print_stage("rectify", pictures.rectify_us, (uint32_t)pixels, crc);
+}
+
+int main(int argc, char **argv) {
+    INVARIANT(argc == 8);
+    int sizes[7];
+    for (int i = 0; i < 7; i++) {
+        sizes[i] = atoi(argv[i + 1]);
+    }
+    void *memory = malloc(WORKING_BYTES);
+    INVARIANT(memory != NULL);
+    arena_init(&working, memory, WORKING_BYTES);
+    start_cycles();
+    run_matching(sizes[0], sizes[1], sizes[2]);
+    run_pictures(sizes[3], sizes[4], sizes[5], sizes[6]);
+    return 0;
+}

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cycles of the stereo pipeline on the simulated BF537, per stage; called by tools/bench bf537.
+
+usage: bf537.py SIMULATOR PROGRAM [--quick] [--json] [--write FILE]
+"""
+import argparse
+import json
+import re
+import subprocess
+import sys
+
+# Width, height and disparities of the pair; of the pictures, width and height, then those of the raw images.
+SIZES = {"full": (320, 240, 64, 340, 195, 672, 400), "quick": (160, 120, 32, 170, 98, 336, 200)}
+UNITS = {"board": "searched disparity", "subpixel": "pixel", "paper": "pixel and disparity", "prepare": "pixel",
+         "develop": "raw pixel", "rectify": "pixel, both sides"}
+CORE_HZ = 600e6
+
+
+def read_map(path):
+    """Bytes of code and of data of each of our libraries in the linked program."""
+    sizes = {}
+    with open(path, encoding="utf-8") as lines:
+        text = lines.read().split("Linker script and memory map", 1)[1]
+    for kind, size, library in re.findall(
+            r"^ \.(text|rodata|data|bss)\S*\s+0x[0-9a-f]+\s+(0x[0-9a-f]+) \S*lib(stereo\w*|core)\.a\(", text, re.M):
+        part = sizes.setdefault(library, {"code_bytes": 0, "data_bytes": 0})
+        part["code_bytes" if kind == "text" else "data_bytes"] += int(size, 16)
+    return sizes
+
+
+def run(simulator, program, size):
+    words = [simulator, program, *map(str, SIZES[size])]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"bf537: the program failed in the simulator: {(done.stderr or done.stdout).strip()[-300:]}")
+    stages = {}
+    for line in done.stdout.splitlines():
+        stage, kilocycles, units, stack, crc = line.split()
+        stages[stage] = {"kilocycles": int(kilocycles), "cycles_per_unit": round(1e3 * int(kilocycles) / int(units), 1),
+                         "unit": UNITS[stage], "stack_bytes": int(stack), "crc": crc}
+    return {"sizes": SIZES[size], "stages": stages, "code": read_map(f"{program}.map")}
+
+
+def print_table(document):
+    width, height, disparities, *pictures = document["sizes"]
+    print(f"matching {width}x{height}x{disparities}, pictures {pictures[0]}x{pictures[1]} of "
+          f"{pictures[2]}x{pictures[3]}; ms at {CORE_HZ / 1e6:.0f} MHz are a lower bound: no cache, no SDRAM\n")
+    print(f"{'stage':10} {'Mcycles':>9} {'ms':>7} {'each':>8}  {'of':20} {'stack':>7}")
+    for name, stage in document["stages"].items():
+        print(f"{name:10} {stage['kilocycles'] / 1e3:9.1f} {stage['kilocycles'] * 1e6 / CORE_HZ:7.0f} "
+              f"{stage['cycles_per_unit']:8.1f}  {stage['unit']:20} {stage['stack_bytes']:7}")
+    print(f"\n{'library':18} {'code':>8} {'data':>8}  bytes, linked")
+    for name, part in sorted(document["code"].items()):
+        print(f"{name:18} {part['code_bytes']:8} {part['data_bytes']:8}")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("simulator")
+    parser.add_argument("program")
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--write", metavar="FILE")
+    words = parser.parse_args()
+    document = run(words.simulator, words.program, "quick" if words.quick else "full")
+    if words.write:
+        accepted = {name: stage["kilocycles"] for name, stage in document["stages"].items()}
+        with open(words.write, "w", encoding="utf-8") as file:
+            file.write(json.dumps(accepted, indent=1) + "\n")
+    if words.json:
+        json.dump(document, sys.stdout, indent=1)
+        print()
+    else:
+        print_table(document)
+
+
+if __name__ == "__main__":
+    main()
