@@ -18,8 +18,9 @@ ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 PROMPT = "vergence> "
 
 
-def output_of(*words):
-    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True).stdout.strip()
+def output_of(*words, folder=None):
+    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True,
+                          cwd=folder).stdout.strip()
 
 
 def setUpModule():
@@ -33,7 +34,7 @@ def setUpModule():
 class Board:
     """The simulated processor, with a rig or with nothing connected."""
 
-    def __init__(self, rig=None):
+    def __init__(self, rig=None, image=None):
         self.rig = None
         self.folder = tempfile.TemporaryDirectory()
         environment = {**os.environ}
@@ -47,7 +48,7 @@ class Board:
         tty.setraw(far)
         self.far, self.name, self.text = far, os.ttyname(far), ""
         self.process = subprocess.Popen([self.simulator, "--environment", "operating", "--model", "bf537",
-                                         self.image], stdin=self.line, stdout=self.line, env=environment)
+                                         image or self.image], stdin=self.line, stdout=self.line, env=environment)
 
     def close(self):
         for process in (self.process, self.rig):
