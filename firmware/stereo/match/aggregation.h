@@ -138,6 +138,50 @@ MATCH_INLINE void row_shares(const struct match_level *level, struct match_scrat
     }
 }
 
+#if defined(VECTOR_HAS_CELLS)
+
+// As below; the average of a pixel is that of the next one's neighbour.
+static void average_forward(const struct cost_view *view, const struct match_tile *tile,
+                            int x_begin, int first, int columns, int rows, bool sheared,
+                            int lanes) {
+    for (int r = 0; r < rows; r++) {
+        uint8_t *running = view->running[r];
+        const uint8_t *from = running;
+        ptrdiff_t cell = tile->offset + (ptrdiff_t)first * lanes;
+        for (int x = x_begin + first; x < x_begin + columns; x++, cell += lanes) {
+            const uint8_t *own = view->raw[r] + cell;
+            if (sheared) {
+                from = cells_sheared(from, match_rise(tile->slope_along, x), own[0], own[lanes - 1],
+                                     running, lanes);
+            }
+            uint8_t *to = view->averaged[r] + cell;
+            cells_blend(from, own, to, TUNE_LEAN_ALONG, view->line[r].cost.forward[x], lanes);
+            from = to;
+        }
+        memmove(running, from, (size_t)lanes);
+    }
+}
+
+static void average_backward(const struct cost_view *view, const struct match_tile *tile,
+                             int x_begin, int columns, int rows, bool sheared, int lanes) {
+    for (int r = 0; r < rows; r++) {
+        uint8_t *running = view->running[r];
+        ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
+        for (int x = x_begin + columns - 1; x >= x_begin; x--) {
+            cell -= lanes;
+            const uint8_t *own = view->raw[r] + cell;
+            if (sheared) {
+                cells_shear(running, -match_rise(tile->slope_along, x + 1), own[0], own[lanes - 1],
+                            lanes);
+            }
+            cells_join(running, own, view->averaged[r] + cell, TUNE_LEAN_ALONG,
+                       view->line[r].cost.joined[x], view->line[r].cost.backward[x], lanes);
+        }
+    }
+}
+
+#else
+
 enum { COST_GROUPS = MATCH_ROWS_ABREAST / VECTOR_MEMBERS };
 
 // Averages of the costs up to each column from column `first` of the tile on, weighted by the edges
@@ -226,6 +270,8 @@ MATCH_INLINE void average_backward(const struct cost_view *shared, const struct 
     }
 }
 
+#endif
+
 // Moves the averages from the neighbour from the window of the tile `from` to that of `tile`. Where
 // that has no value, the pixel's own cost is used. The first pixel (`from` is NULL) is its own
 // average.
@@ -282,6 +328,20 @@ static inline uint8_t *ring_cells(const struct column_view *view, const struct m
     return match_cell(view->level->ring[y % view->level->ring_rows], tile, 0);
 }
 
+#if defined(VECTOR_HAS_CELLS)
+
+static void average_up(const struct share_row *shares, uint8_t *below, uint8_t *cost, uint8_t *to,
+                       bool sheared, int lanes) {
+    _Alignas(4) uint8_t moved[CELLS_MAX];
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++, below += lanes, cost += lanes, to += lanes) {
+        const uint8_t *from = cells_sheared(below, sheared ? shares->rise : 0, cost[0],
+                                            cost[lanes - 1], moved, lanes);
+        cells_blend(from, cost, to, TUNE_LEAN_DOWN, shares->of_column[c], lanes);
+    }
+}
+
+#else
+
 // The blend in which `a` leans: an average along a surface that is slanted by up to one disparity
 // per row, and not only along a vertical one.
 MATCH_INLINE void blend_leaning(const struct lanes *a, const struct lanes *b,
@@ -327,6 +387,8 @@ MATCH_INLINE void average_up(const struct share_row *shares, uint8_t *below, uin
         store_lanes(&average, to_at, 0, lanes);
     }
 }
+
+#endif
 
 // The masses below row y as they arrive in it.
 static inline void carry_up(struct column_view *view, int y, struct share_row *shares) {

@@ -89,6 +89,36 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
     }
 }
 
+#if defined(VECTOR_HAS_CELLS)
+
+static void pass_down(const struct column_shares *shares, bool below, uint8_t *down, uint8_t *cost,
+                      uint8_t *previous, uint8_t *path_cost, bool sheared, int lanes) {
+    _Alignas(4) uint8_t moved[CELLS_MAX];
+    for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
+        const int rise = sheared ? shares->rise : 0;
+        const uint8_t first = cost[0], last = cost[lanes - 1];
+        cells_blend(cells_sheared(down, rise, first, last, moved, lanes), cost, down,
+                    TUNE_LEAN_DOWN, shares->before[c], lanes);
+        if (below) {
+            const int rise_below = sheared ? shares->rise_below : 0;
+            cells_blend(cells_sheared(path_cost, rise_below, first, last, moved, lanes), down, cost,
+                        TUNE_LEAN_DOWN, shares->below[c], lanes);
+        } else {
+            memcpy(cost, down, (size_t)lanes);
+        }
+        const uint32_t lowest =
+            cells_path(cells_sheared(previous, rise, UINT8_MAX, UINT8_MAX, moved, lanes), cost,
+                       path_cost, TUNE_P1, shares->penalty[c], lanes);
+        cells_lower(path_cost, lowest, lanes);
+        down += lanes;
+        cost += lanes;
+        previous += lanes;
+        path_cost += lanes;
+    }
+}
+
+#else
+
 // One row on the way down. The average of the rows above, at `down`, is updated with the costs at
 // `cost`. Together with the average from below, in `path_cost`, it becomes the average of all rows,
 // at `cost`. The path costs of the row above, at `previous`, become those of this row, at
@@ -138,6 +168,8 @@ MATCH_INLINE void pass_down(const struct column_shares *shares, bool below, uint
         store_lanes(&running, message_at, 0, lanes);
     }
 }
+
+#endif
 
 MATCH_INLINE void pass_down_band(struct column_view *view, uint8_t *spare, const bool sheared,
                                  const int lanes) {

@@ -71,6 +71,26 @@ struct row_view {
     struct rectify_span left[MATCH_ROWS_ABREAST], right[MATCH_ROWS_ABREAST];
 };
 
+#if defined(VECTOR_HAS_CELLS)
+
+static inline void pass_right(const struct row_view *view, const struct match_tile *tile,
+                              int x_begin, int columns, int rows, bool sheared, int lanes) {
+    for (int r = 0; r < rows; r++) {
+        uint8_t *path = view->path_cost[r];
+        ptrdiff_t cell = tile->offset;
+        for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
+            if (sheared) {
+                cells_shear(path, match_rise(tile->slope_along, x), UINT8_MAX, UINT8_MAX, lanes);
+            }
+            const uint32_t lowest = cells_path(path, view->cost[r] + cell, path, TUNE_P1,
+                                               view->line[r].row.penalty[x], lanes);
+            cells_sum(path, lowest, view->above[r] + cell, view->sum[r] + cell, SUMMAND_MAX, lanes);
+        }
+    }
+}
+
+#else
+
 // Path costs from the left through one tile, each added to the one from above.
 MATCH_INLINE void pass_right(const struct row_view *shared, const struct match_tile *tile,
                              int x_begin, int columns, const int groups, const bool sheared,
@@ -112,6 +132,8 @@ MATCH_INLINE void pass_right(const struct row_view *shared, const struct match_t
         store_lanes(&path_cost[q], view.path_cost + q * VECTOR_MEMBERS, 0, lanes);
     }
 }
+
+#endif
 
 // Moves the path costs to another window; from beyond a row (`from` is NULL) the first cost.
 static inline void enter_tile_with_path_costs(const struct row_view *view, const int rows,

@@ -36,6 +36,42 @@ static inline void searched(const struct row_view *view, int r, const struct mat
     *end = beyond < tile->lanes ? beyond : tile->lanes;
 }
 
+#if defined(VECTOR_HAS_CELLS)
+
+static void pass_left(const struct row_view *view, const struct match_tile *tile, int x_begin,
+                      int columns, bool hide, int rows, bool sheared, int lanes) {
+    _Alignas(4) uint16_t sums[CELLS_MAX + 4];
+    uint16_t *const total = sums + 2;
+    for (int r = 0; r < rows; r++) {
+        uint8_t *path = view->path_cost[r];
+        const struct match_line *line = &view->line[r];
+        ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
+        for (int x = x_begin + columns - 1; x >= x_begin; x--) {
+            cell -= lanes;
+            if (sheared) {
+                cells_shear(path, -match_rise(tile->slope_along, x + 1), UINT8_MAX, UINT8_MAX,
+                            lanes);
+            }
+            const uint32_t lowest = cells_path(path, view->cost[r] + cell, path, TUNE_P1,
+                                               line->row.penalty[x + 1], lanes);
+            cells_total(path, lowest, view->sum[r] + cell, total, lanes);
+            int begin = 0, end = lanes;
+            if (hide) {
+                searched(view, r, tile, x, &begin, &end);
+            }
+            for (int i = 0; i < begin && i < lanes; i++) {
+                total[i] = UINT8_MAX;
+            }
+            for (int i = end > 0 ? end : 0; i < lanes; i++) {
+                total[i] = UINT8_MAX;
+            }
+            line->row.lane[x] = (int16_t)cells_choose(total, lanes, &line->row.margin[x]);
+        }
+    }
+}
+
+#else
+
 // Excludes the lanes from i on that may not win.
 static inline struct vector hide_outside(const struct row_view *view, int r_begin,
                                          const struct match_tile *tile, int x, int i,
@@ -145,6 +181,8 @@ MATCH_INLINE void pass_left(const struct row_view *shared, const struct match_ti
         store_lanes(&path_cost[q], view.path_cost + q * VECTOR_MEMBERS, 0, lanes);
     }
 }
+
+#endif
 
 // Whether some lane of some pixel of the tile may not win.
 static bool hides(const struct row_view *view, const int rows, const struct match_tile *tile,

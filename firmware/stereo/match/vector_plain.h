@@ -11,6 +11,11 @@
 #include <string.h>
 
 #include "stereo/match/state.h"
+#if defined(__bfin__)
+#include "stereo/bfin/cells.h"
+// The passes over all lanes of a pixel are those of the cells; the rest is plain C.
+#define VECTOR_HAS_CELLS
+#endif
 
 #define VECTOR_NAME "plain"
 #define VECTOR_KERNELS match_plain_kernels

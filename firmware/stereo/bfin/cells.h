@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The steps on all lanes of one pixel ("cells") for the Blackfin, which has no registers for 16
+/// lanes: four cells are a word of memory, two of them the halves of a register of its 16-bit
+/// operations, and its two multipliers blend a pair at once. Cells begin at multiples of four, and
+/// lanes are a multiple of 16. For stereo/match, whose plain vectors give the same results.
+#ifndef VERGENCE_STEREO_BFIN_CELLS_H
+#define VERGENCE_STEREO_BFIN_CELLS_H
+
+#include <stdint.h>
+#include <string.h>
+
+enum {
+    CELLS_MAX = 1024,    // lanes
+    CELLS_BIT_COST = 4,  // of a bit of the census
+    CELLS_KEYED = 64,    // lanes whose number fits below a sum of path costs in 15 bits
+};
+
+/// The two shares of a blend as fractions of 16 bits, the first one in the lower half. They are a
+/// little larger, so that no blend is half way between two values: the processor rounds these to
+/// even ones.
+static inline uint32_t cells_shares(uint16_t pair) {
+    return ((uint32_t)(pair & 0xff00) << 17 | (uint32_t)(pair & 0xff) << 9) + 0x00010001;
+}
+
+/// A value in both halves.
+static inline uint32_t cells_pair(uint32_t value) {
+    return value << 16 | value;
+}
+
+// Begins a loop; I0 chooses the bytes of BYTEUNPACK.
+#define CELLS_PREPARE                   \
+    "R0 = 0;\n I0 = R0;\n"              \
+    "LSETUP (1f, 2f) LC0 = %[words];\n" \
+    "R0 = [%[from]++];\n"               \
+    "(R3, R2) = BYTEUNPACK R1:0;\n"     \
+    "R5 = 255;\n R4 = PACK(R2.L, R5.L);\n"
+
+// Cells R0 become min(here, neighbours + R6) in R3 and R2. R4: the first cell and the one before
+// it, then the last one and the one after it, whose load is `next`. R5 is used. `own` loads R0.
+#define CELLS_LEAN(next, own)       \
+    "(R3, R2) = BYTEUNPACK R1:0;\n" \
+    "R5 = PACK(R3.L, R2.H);\n"      \
+    "R4 = MIN(R4, R5) (V);\n"       \
+    "R4 = R4 +|+ R6;\n"             \
+    "R2 = MIN(R2, R4) (V);\n" next  \
+    "R4 = PACK(R0.L, R3.H);\n"      \
+    "R5 = MIN(R5, R4) (V);\n"       \
+    "R5 = R5 +|+ R6;\n"             \
+    "R3 = MIN(R3, R5) (V)" own ";\n"
+
+#define CELLS_NEXT "R0 = B[%[from]] (Z);\n"
+#define CELLS_END "R0 = 255;\n"
+
+#define CELLS_BLEND(more)                                              \
+    "A1 = R2.H * R7.L, A0 = R2.L * R7.L (FU);\n"                       \
+    "(R5, R0) = BYTEUNPACK R1:0;\n"                                    \
+    "R2.H = (A1 += R0.H * R7.H), R2.L = (A0 += R0.L * R7.H) (FU);\n"   \
+    "A1 = R3.H * R7.L, A0 = R3.L * R7.L (FU);\n"                       \
+    "R3.H = (A1 += R5.H * R7.H), R3.L = (A0 += R5.L * R7.H) (FU)" more \
+    ";\n"                                                              \
+    "R2 = BYTEPACK(R2, R3);\n"
+
+#define CELLS_CLOBBERED "I0", "A0", "A1", "LC0", "LT0", "LB0", "CC", "memory"
+
+/// to = blend(lean(from), own): each cell of `from` may be replaced by a neighbour plus `price`.
+/// `to` may be one of the others.
+static inline void cells_blend(const uint8_t *from, const uint8_t *own, uint8_t *to, uint32_t price,
+                               uint16_t pair, int lanes) {
+    uint32_t prices = cells_pair(price), shares = cells_shares(pair);
+    __asm__ volatile(CELLS_PREPARE                                        //
+                     "1:\n" CELLS_LEAN(CELLS_NEXT, "|| R0 = [%[own]++]")  //
+                     CELLS_BLEND("|| R0 = [%[from]++]")                   //
+                     "2: [%[to]++] = R2;\n"                               //
+                     CELLS_LEAN(CELLS_END, "|| R0 = [%[own]++]")          //
+                     CELLS_BLEND("")                                      //
+                     "[%[to]++] = R2;\n"
+                     : [from] "+a"(from), [own] "+a"(own), [to] "+a"(to), "+q6"(prices),
+                       "+q7"(shares)
+                     : [words] "a"(lanes / 4 - 1)
+                     : "R0", "R1", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
+}
+
+/// Moves all cells up by `rise`; those from beyond the ends are `low` and `high`.
+static inline void cells_shear(uint8_t *cells, int rise, uint8_t low, uint8_t high, int lanes) {
+    if (rise > 0) {
+        memmove(cells + rise, cells, (size_t)(lanes - rise));
+        memset(cells, low, (size_t)rise);
+    } else if (rise < 0) {
+        memmove(cells, cells - rise, (size_t)(lanes + rise));
+        memset(cells + lanes + rise, high, (size_t)-rise);
+    }
+}
+
+/// The same of a copy at `to`, if they move; where they are then.
+static inline const uint8_t *cells_sheared(const uint8_t *from, int rise, uint8_t low, uint8_t high,
+                                           uint8_t *to, int lanes) {
+    if (rise == 0) {
+        return from;
+    }
+    memmove(to, from, (size_t)lanes);
+    cells_shear(to, rise, low, high, lanes);
+    return to;
+}
+
+#define CELLS_JOIN(more)                                               \
+    "(R5, R0) = BYTEUNPACK R1:0;\n"                                    \
+    "A1 = R0.H * R7.L, A0 = R0.L * R7.L (FU);\n"                       \
+    "R0.H = (A1 += R2.H * R7.H), R0.L = (A0 += R2.L * R7.H) (FU);\n"   \
+    "A1 = R5.H * R7.L, A0 = R5.L * R7.L (FU);\n"                       \
+    "R5.H = (A1 += R3.H * R7.H), R5.L = (A0 += R3.L * R7.H) (FU);\n"   \
+    "R5 = BYTEPACK(R0, R5) || R0 = [%[own]++];\n"                      \
+    "A1 = R2.H * R1.L, A0 = R2.L * R1.L (FU) || [%[joined]++] = R5;\n" \
+    "(R5, R0) = BYTEUNPACK R1:0;\n"                                    \
+    "R2.H = (A1 += R0.H * R1.H), R2.L = (A0 += R0.L * R1.H) (FU);\n"   \
+    "A1 = R3.H * R1.L, A0 = R3.L * R1.L (FU);\n"                       \
+    "R3.H = (A1 += R5.H * R1.H), R3.L = (A0 += R5.L * R1.H) (FU)" more \
+    ";\n"                                                              \
+    "R2 = BYTEPACK(R2, R3);\n"
+
+/// joined = blend(joined, lean(average)), then average = blend(lean(average), own).
+static inline void cells_join(uint8_t *average, const uint8_t *own, uint8_t *joined, uint32_t price,
+                              uint16_t join, uint16_t pair, int lanes) {
+    const uint8_t *from = average;
+    uint32_t prices = cells_pair(price), join_shares = cells_shares(join);
+    uint32_t shares = cells_shares(pair);
+    __asm__ volatile(
+        CELLS_PREPARE                                         //
+        "1:\n" CELLS_LEAN(CELLS_NEXT, "|| R0 = [%[joined]]")  //
+        CELLS_JOIN("|| R0 = [%[from]++]")                     //
+        "2: [%[to]++] = R2;\n"                                //
+        CELLS_LEAN(CELLS_END, "|| R0 = [%[joined]]")          //
+        CELLS_JOIN("")                                        //
+        "[%[to]++] = R2;\n"
+        : [from] "+a"(from), [own] "+a"(own), [joined] "+a"(joined), [to] "+a"(average),
+          "+q6"(prices), "+q7"(join_shares), "+q1"(shares)
+        : [words] "a"(lanes / 4 - 1)
+        : "R0", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
+}
+
+#define CELLS_PATH(more)            \
+    "(R5, R0) = BYTEUNPACK R1:0;\n" \
+    "R2 = MIN(R2, R7) (V);\n"       \
+    "R3 = MIN(R3, R7) (V);\n"       \
+    "R2 = R2 +|+ R0;\n"             \
+    "R3 = R3 +|+ R5;\n"             \
+    "R1 = MIN(R1, R2) (V)" more     \
+    ";\n"                           \
+    "R1 = MIN(R1, R3) (V);\n"       \
+    "R2 = BYTEPACK(R2, R3);\n"
+
+/// to = cost + min(from, its neighbours + p1, p2): a path cost before its lowest one, which is
+/// returned, is subtracted. `to` may be `from`.
+static inline uint32_t cells_path(const uint8_t *from, const uint8_t *cost, uint8_t *to,
+                                  uint32_t p1, uint32_t p2, int lanes) {
+    uint32_t small = cells_pair(p1), large = cells_pair(p2), lowest = cells_pair(INT16_MAX);
+    __asm__ volatile(CELLS_PREPARE                                         //
+                     "1:\n" CELLS_LEAN(CELLS_NEXT, "|| R0 = [%[cost]++]")  //
+                     CELLS_PATH("|| R0 = [%[from]++]")                     //
+                     "2: [%[to]++] = R2;\n"                                //
+                     CELLS_LEAN(CELLS_END, "|| R0 = [%[cost]++]")          //
+                     CELLS_PATH("")                                        //
+                     "[%[to]++] = R2;\n"
+                     : [from] "+a"(from), [cost] "+a"(cost), [to] "+a"(to), "+q6"(small),
+                       "+q7"(large), "+q1"(lowest)
+                     : [words] "a"(lanes / 4 - 1)
+                     : "R0", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
+    const uint32_t low = lowest & 0xffff, high = lowest >> 16;
+    return low < high ? low : high;
+}
+
+/// Subtracts the lowest cell from all.
+static inline void cells_lower(uint8_t *cells, uint32_t lowest, int lanes) {
+    const uint32_t four = lowest * 0x01010101u;
+    uint32_t word, lowered;
+    __asm__ volatile(
+        "LSETUP (1f, 2f) LC0 = %[words];\n"
+        "1: %[word] = [%[to]];\n"
+        "%[lowered] = %[word] - %[four];\n"
+        "2: [%[to]++] = %[lowered];\n"
+        : [to] "+a"(cells), [word] "=&d"(word), [lowered] "=&d"(lowered)
+        : [four] "d"(four), [words] "a"(lanes / 4)
+        : "LC0", "LT0", "LB0", "CC", "memory");
+}
+
+/// Subtracts the lowest cell from all of a path, and writes sum = min(above, most) + min(path,
+/// most). `sum` may be `above`.
+static inline void cells_sum(uint8_t *path, uint32_t lowest, const uint8_t *above, uint8_t *sum,
+                             uint32_t most, int lanes) {
+    uint32_t four = lowest * 0x01010101u, limit = cells_pair(most);
+    __asm__ volatile(
+        "R0 = 0;\n I0 = R0;\n"
+        "LSETUP (1f, 2f) LC0 = %[words];\n"
+        "1: R0 = [%[path]];\n"
+        "R0 = R0 - R1;\n"
+        "(R3, R2) = BYTEUNPACK R1:0 || [%[path]++] = R0;\n"
+        "R2 = MIN(R2, R6) (V) || R0 = [%[above]++];\n"
+        "(R5, R4) = BYTEUNPACK R1:0;\n"
+        "R3 = MIN(R3, R6) (V);\n"
+        "R4 = MIN(R4, R6) (V);\n"
+        "R5 = MIN(R5, R6) (V);\n"
+        "R2 = R2 +|+ R4;\n"
+        "R3 = R3 +|+ R5;\n"
+        "R2 = BYTEPACK(R2, R3);\n"
+        "2: [%[sum]++] = R2;\n"
+        : [path] "+a"(path), [above] "+a"(above), [sum] "+a"(sum), "+q1"(four), "+q6"(limit)
+        : [words] "a"(lanes / 4)
+        : "R0", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
+}
+
+/// Subtracts the lowest cell from all of a path, and writes the sums with the other paths, of 16
+/// bits.
+static inline void cells_total(uint8_t *path, uint32_t lowest, const uint8_t *sum, uint16_t *total,
+                               int lanes) {
+    uint32_t four = lowest * 0x01010101u;
+    __asm__ volatile(
+        "R0 = 0;\n I0 = R0;\n"
+        "LSETUP (1f, 2f) LC0 = %[words];\n"
+        "1: R0 = [%[path]];\n"
+        "R0 = R0 - R1;\n"
+        "(R3, R2) = BYTEUNPACK R1:0 || [%[path]++] = R0;\n"
+        "R0 = [%[sum]++];\n"
+        "(R5, R4) = BYTEUNPACK R1:0;\n"
+        "R2 = R2 +|+ R4;\n"
+        "R3 = R3 +|+ R5 || [%[total]++] = R2;\n"
+        "2: [%[total]++] = R3;\n"
+        : [path] "+a"(path), [sum] "+a"(sum), [total] "+a"(total), "+q1"(four)
+        : [words] "a"(lanes / 4)
+        : "R0", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
+}
+
+/// The lowest of at most CELLS_KEYED sums times CELLS_KEYED, plus its lane.
+static inline uint32_t cells_lowest(const uint16_t *total, int lanes) {
+    uint32_t lane = 1u << 16, lowest = cells_pair(INT16_MAX), word, key;
+    __asm__ volatile(
+        "LSETUP (1f, 2f) LC0 = %[pairs];\n"
+        "%[word] = [%[total]++];\n"
+        "1: %[key] = %[word] << 6 (V) || %[word] = [%[total]++];\n"
+        "%[key] = %[key] +|+ %[lane];\n"
+        "%[lane] = %[lane] +|+ %[two];\n"
+        "2: %[lowest] = MIN(%[lowest], %[key]) (V);\n"
+        : [total] "+a"(total), [word] "=&d"(word), [key] "=&d"(key), [lane] "+d"(lane),
+          [lowest] "+d"(lowest)
+        : [pairs] "a"(lanes / 2), [two] "d"(cells_pair(2))
+        : "LC0", "LT0", "LB0", "CC", "memory");
+    const uint32_t low = lowest & 0xffff, high = lowest >> 16;
+    return low < high ? low : high;
+}
+
+static inline uint32_t cells_least(const uint16_t *total, int lanes) {
+    uint32_t lowest = cells_pair(UINT8_MAX), word;
+    __asm__ volatile(
+        "LSETUP (1f, 1f) LC0 = %[pairs];\n"
+        "%[word] = [%[total]++];\n"
+        "1: %[lowest] = MIN(%[lowest], %[word]) (V) || %[word] = [%[total]++];\n"
+        : [total] "+a"(total), [word] "=&d"(word), [lowest] "+d"(lowest)
+        : [pairs] "a"(lanes / 2)
+        : "LC0", "LT0", "LB0", "CC", "memory");
+    const uint32_t low = lowest & 0xffff, high = lowest >> 16;
+    return low < high ? low : high;
+}
+
+/// The winner of the sums: its lane, and its margin over the best of those that are not its
+/// neighbours. A sum counts as 255 at most. `total` has one more sum on both sides, and changes.
+static inline int cells_choose(uint16_t *total, int lanes, uint8_t *margin) {
+    uint32_t lowest = UINT8_MAX;
+    int lane = 0;
+    for (int begin = 0; begin < lanes; begin += CELLS_KEYED) {
+        const int count = lanes - begin < CELLS_KEYED ? lanes - begin : CELLS_KEYED;
+        const uint32_t key = cells_lowest(total + begin, count);
+        if (key / CELLS_KEYED < lowest) {
+            lowest = key / CELLS_KEYED;
+            lane = begin + (int)(key % CELLS_KEYED);
+        }
+    }
+    total[lane - 1] = total[lane] = total[lane + 1] = UINT8_MAX;
+    *margin = (uint8_t)(cells_least(total, lanes) - lowest);
+    return lane;
+}
+
+/// Costs of a pixel: CELLS_BIT_COST for each bit in which `census` differs from the pixel's own,
+/// plus the difference of the gradients, at most `most`.
+static inline void cells_cost(const uint32_t *census, uint32_t own, const uint16_t *gradient,
+                              uint32_t own_gradient, uint32_t most, uint8_t *to, int lanes) {
+    uint32_t gradients = cells_pair(own_gradient), limit = cells_pair(most);
+#define CELLS_DIFFER(result)                                                        \
+    "R0 = [%[census]++];\n"                                                         \
+    "R0 = R0 ^ R7;\n"                                                               \
+    "R0.L = ONES R0 || R1 = [%[census]++];\n"                                       \
+    "R1 = R1 ^ R7;\n"                                                               \
+    "R1.L = ONES R1 || " result                                                     \
+    " = [%[gradient]++];\n"                                                         \
+    "R0 = PACK(R1.L, R0.L);\n" result " = " result                                  \
+    " -|- R6;\n"                                                                    \
+    "R0 = R0 << 2 (V);\n" result " = ABS " result " (V);\n" result " = MIN(" result \
+    ", R5) (V);\n" result " = " result " +|+ R0;\n"
+    __asm__ volatile(
+        "LSETUP (1f, 2f) LC0 = %[words];\n"
+        "1:\n" CELLS_DIFFER("R2") CELLS_DIFFER("R3")  //
+        "R2 = BYTEPACK(R2, R3);\n"
+        "2: [%[to]++] = R2;\n"
+        : [census] "+a"(census), [gradient] "+a"(gradient), [to] "+a"(to), "+q7"(own),
+          "+q6"(gradients), "+q5"(limit)
+        : [words] "a"(lanes / 4)
+        : "R0", "R1", "R2", "R3", "LC0", "LT0", "LB0", "CC", "memory");
+#undef CELLS_DIFFER
+}
+
+#endif
