@@ -105,7 +105,7 @@ struct paper {
     uint32_t *left_signature, *right_signature;
     struct column *column;
     struct rectify_span left, right;  // valid columns of the present row
-    uint64_t evaluations;
+    uint32_t evaluations;             // in the present row
 };
 
 static void take_rows(struct match_memory *memory, struct paper *paper) {
@@ -164,12 +164,34 @@ static void push_samples(const struct paper *paper, const struct image_u8 *image
     }
 }
 
+// Number of bits in which two signatures differ, and two pairs of neighbouring ones.
+#if defined(__bfin__)
+static inline int differing(uint32_t left, uint32_t right) {
+    return __builtin_bfin_ones((int)(left ^ right));
+}
+
+static inline int differing_pairs(const uint32_t *left, const uint32_t *right) {
+    return differing(left[0], right[0]) + differing(left[1], right[1]);
+}
+#else
 static inline int count_bits(uint64_t word) {
     word -= word >> 1 & 0x5555555555555555u;
     word = (word & 0x3333333333333333u) + (word >> 2 & 0x3333333333333333u);
     word = (word + (word >> 4)) & 0x0f0f0f0f0f0f0f0fu;
     return (int)(word * 0x0101010101010101u >> 56);
 }
+
+static inline int differing(uint32_t left, uint32_t right) {
+    return count_bits(left ^ right);
+}
+
+static inline int differing_pairs(const uint32_t *left, const uint32_t *right) {
+    uint64_t words[2];
+    memcpy(&words[0], left, sizeof words[0]);
+    memcpy(&words[1], right, sizeof words[1]);
+    return count_bits(words[0] ^ words[1]);
+}
+#endif
 
 static inline bool inside(const struct paper *paper, struct spot spot) {
     return spot.left >= paper->left.begin && spot.left < paper->left.end &&
@@ -183,7 +205,7 @@ static inline struct spot further(struct spot spot, int pixels) {
 static inline int dissimilarity(struct paper *paper, struct spot spot) {
     INVARIANT(inside(paper, spot));
     paper->evaluations++;
-    return count_bits(paper->left_signature[spot.left] ^ paper->right_signature[spot.right]);
+    return differing(paper->left_signature[spot.left], paper->right_signature[spot.right]);
 }
 
 static inline bool room_ahead(const struct paper *paper, struct spot spot, int direction) {
@@ -196,18 +218,19 @@ static inline bool room_ahead(const struct paper *paper, struct spot spot, int d
 static inline int score_ahead(struct paper *paper, struct spot spot, int direction, int limit) {
     // Two pixels at a time; backwards a pair begins at its second pixel.
     const int back = direction < 0 ? 1 : 0;
+    const uint32_t *left = paper->left_signature + spot.left - back;
+    const uint32_t *right = paper->right_signature + spot.right - back;
     int score = 0;
-    for (int i = 0; i < TUNE_PAPER_AHEAD_PX; i += 2) {
-        uint64_t left;
-        uint64_t right;
-        memcpy(&left, paper->left_signature + spot.left - back + i * direction, sizeof left);
-        memcpy(&right, paper->right_signature + spot.right - back + i * direction, sizeof right);
-        score += count_bits(left ^ right);
-        paper->evaluations += 2;
-        if (score > limit || (i + 2 == TUNE_PAPER_AHEAD_PX / 4 && 2 * score > limit)) {
+    for (int i = 2; i <= TUNE_PAPER_AHEAD_PX; i += 2) {
+        score += differing_pairs(left, right);
+        if (score > limit || (i == TUNE_PAPER_AHEAD_PX / 4 && 2 * score > limit)) {
+            paper->evaluations += (uint32_t)i;
             return TOO_EXPENSIVE;
         }
+        left += 2 * direction;
+        right += 2 * direction;
     }
+    paper->evaluations += TUNE_PAPER_AHEAD_PX;
     return score;
 }
 
@@ -217,14 +240,36 @@ static inline struct spot changed(struct spot spot, int direction, int change) {
                                   : (struct spot){spot.left, spot.right - change};
 }
 
-static inline void try_move(struct paper *paper, struct spot spot, int direction, int change,
-                            int penalty, struct move *best) {
-    const int disparity = spot.left - spot.right + change;
-    const struct spot target = changed(spot, direction, change);
-    if (disparity < paper->first || disparity > paper->last ||
-        !room_ahead(paper, target, direction)) {
+// The changes of the disparity that stay in its range and leave room ahead.
+struct changes {
+    int least, most;
+};
+
+static inline struct changes changes_from(const struct paper *paper, struct spot spot,
+                                          int direction) {
+    const int ahead = TUNE_PAPER_AHEAD_PX - 1;
+    const int left =
+        direction > 0 ? paper->left.end - 1 - spot.left : spot.left - paper->left.begin;
+    const int right =
+        direction > 0 ? paper->right.end - 1 - spot.right : spot.right - paper->right.begin;
+    if (left < ahead || right < ahead) {
+        return (struct changes){1, -1};
+    }
+    const int disparity = spot.left - spot.right;
+    const int down = (direction > 0 ? right : left) - ahead;
+    const int up = (direction > 0 ? left : right) - ahead;
+    return (struct changes){
+        .least = -down > paper->first - disparity ? -down : paper->first - disparity,
+        .most = up < paper->last - disparity ? up : paper->last - disparity,
+    };
+}
+
+static void try_move(struct paper *paper, struct spot spot, int direction,
+                     const struct changes *changes, int change, int penalty, struct move *best) {
+    if (change < changes->least || change > changes->most) {
         return;
     }
+    const struct spot target = changed(spot, direction, change);
     const int score = score_ahead(paper, target, direction, best->total - penalty - 1);
     if (score != TOO_EXPENSIVE) {
         *best = (struct move){change, score, score + penalty};
@@ -236,24 +281,28 @@ static struct move choose(struct paper *paper, struct spot spot, int direction, 
                           int other) {
     struct move best = {0, score, score};
     const int change = other - (spot.left - spot.right);
-    if (other != NOWHERE && change != 0) {
-        try_move(paper, spot, direction, change, PENALTY_OTHER_PATH, &best);
+    const bool switches = other != NOWHERE && change != 0;
+    if (!switches && score <= ON_SURFACE) {
+        return best;
+    }
+    const struct changes changes = changes_from(paper, spot, direction);
+    if (switches) {
+        try_move(paper, spot, direction, &changes, change, PENALTY_OTHER_PATH, &best);
     }
     if (score > ON_SURFACE) {
-        try_move(paper, spot, direction, 1, PENALTY_SLANT, &best);
-        try_move(paper, spot, direction, -1, PENALTY_SLANT, &best);
+        try_move(paper, spot, direction, &changes, 1, PENALTY_SLANT, &best);
+        try_move(paper, spot, direction, &changes, -1, PENALTY_SLANT, &best);
     }
-    if (score > LOST) {
-        for (int jump = 2; jump <= TUNE_PAPER_JUMP_MAX_PX; jump++) {
-            try_move(paper, spot, direction, jump, PENALTY_JUMP, &best);
-            try_move(paper, spot, direction, -jump, PENALTY_JUMP, &best);
-        }
+    for (int jump = 2; score > LOST && jump <= TUNE_PAPER_JUMP_MAX_PX; jump++) {
+        try_move(paper, spot, direction, &changes, jump, PENALTY_JUMP, &best);
+        try_move(paper, spot, direction, &changes, -jump, PENALTY_JUMP, &best);
     }
     INVARIANT(best.total <= score);
     return best;
 }
 
-static void walk(struct paper *paper, int index) {
+// Not inlined: gcc makes jumps for the Blackfin that are too far otherwise.
+__attribute__((noinline)) static void walk(struct paper *paper, int index) {
     const int own = index % 2;
     const int direction = own == 0 ? 1 : -1;
     for (int x = 0; x < paper->width; x++) {
@@ -429,7 +478,7 @@ static void finish_pixel(const struct paper *paper, int x, int y, uint64_t aroun
     image_u8_row(&paper->output->reason, y)[x] = (uint8_t)reason;
 }
 
-static void finish_row(struct paper *paper, int y) {
+__attribute__((noinline)) static void finish_row(struct paper *paper, int y) {
     struct column *column = paper->column;
     for (int x = 0; x < paper->width; x++) {
         column[x].beside = column[x].kept;
@@ -452,13 +501,13 @@ static void finish_row(struct paper *paper, int y) {
 static void match_row(struct paper *paper, int y) {
     paper->left = span_of(paper->input->left_span, y, paper->width);
     paper->right = span_of(paper->input->right_span, y, paper->width);
-    const uint64_t before = paper->evaluations;
+    paper->evaluations = 0;
     for (int i = 0; i < WALKS; i++) {
         walk(paper, i);
     }
     join(paper);
     finish_row(paper, y);
-    INVARIANT(paper->evaluations - before <= (uint64_t)EVALUATIONS_MAX * (uint64_t)paper->width);
+    INVARIANT(paper->evaluations <= (uint32_t)EVALUATIONS_MAX * (uint32_t)paper->width);
 }
 
 int match_paper_run_counted(const struct match_input *input, const struct match_options *options,
@@ -484,17 +533,18 @@ int match_paper_run_counted(const struct match_input *input, const struct match_
     memset(paper.left_signature, 0, 2 * (size_t)paper.width * sizeof *paper.left_signature);
     paper.right_signature = paper.left_signature + paper.width;
     bool cancelled = false;
+    *evaluations = 0;
     for (int y = -2 * SIGNATURE_REACH_ROWS; y < height && !cancelled; y++) {
         const int next = y + SIGNATURE_REACH_ROWS;
         push_samples(&paper, &input->left, input->left_span, next, paper.left_signature);
         push_samples(&paper, &input->right, input->right_span, next, paper.right_signature);
         if (y >= 0) {
             match_row(&paper, y);
+            *evaluations += paper.evaluations;
             const bool due = progress != NULL && ((y + 1) % PROGRESS_ROWS == 0 || y + 1 == height);
             cancelled = due && !progress(progress_self, y + 1, height);
         }
     }
-    *evaluations = paper.evaluations;
     arena_release(arena, mark);
     if (cancelled) {
         return ERROR_CANCELLED;
