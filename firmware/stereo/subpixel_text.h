@@ -9,6 +9,9 @@
 #include <string.h>
 
 #include "stereo/subpixel_strip.h"
+#if defined(__bfin__)
+#include "stereo/bfin/quotient.h"
+#endif
 
 enum {
     SMOOTH_STEP_Q8 = 192,  // neighbours with a larger difference of disparity belong to another
@@ -34,6 +37,10 @@ enum {
 static inline int32_t divide(int32_t numerator, int32_t denominator, const int bits) {
     const int32_t most = 2 * denominator - 1;
     int32_t rest = numerator < most ? numerator : most;
+#if defined(__bfin__)
+    return denominator > 0 ? (int32_t)quotient_bits((uint32_t)rest, (uint32_t)denominator, bits)
+                           : 0;
+#else
     int32_t quotient = 0;
     for (int i = 0; i < bits; i++) {
         const int32_t taken = rest >= denominator ? -1 : 0;
@@ -41,6 +48,7 @@ static inline int32_t divide(int32_t numerator, int32_t denominator, const int b
         quotient = 2 * quotient - taken;
     }
     return quotient;
+#endif
 }
 
 // The same in 16 bits: the whole quotient, for a denominator below 2^(15 - bits).
@@ -67,74 +75,7 @@ static inline int16_t halved(int16_t a, const int times) {
     return (int16_t)((a < 0 ? a + (1 << times) - 1 : a) >> times);
 }
 
-// Adds opposite neighbours, `down` rows and `along` columns away, that both agree with the middle:
-// unbiased on any slope, also next to an edge. Disparities modulo 256 px suffice: surfaces that far
-// apart are taken for one where their distance differs from it by less than SMOOTH_STEP_Q8.
-#define ADD_PAIR(down, along)                                                                  \
-    do {                                                                                       \
-        const uint16_t one = (uint16_t)(top - below[down][x + (along)]);                       \
-        const uint16_t other = (uint16_t)(top - above[down][x - (along)]);                     \
-        const uint16_t farther = one > other ? one : other;                                    \
-        const uint16_t far =                                                                   \
-            (uint16_t)(farther | bad_below[down][x + (along)] | bad_above[down][x - (along)]); \
-        const uint16_t agree = (uint16_t) - (far <= 2 * SMOOTH_STEP_Q8);                       \
-        const uint16_t both = (uint16_t)((one + other) & agree);                               \
-        sum = (uint16_t)(sum + both);                                                          \
-        pairs_here = (uint16_t)(pairs_here - agree);                                           \
-        if (last) {                                                                            \
-            const int16_t bend = (int16_t)(both - (agree & 2 * SMOOTH_STEP_Q8));               \
-            rough_here = (uint16_t)(rough_here + (bend < 0 ? -bend : bend));                   \
-        }                                                                                      \
-    } while (0)
-
-#define ADD_PAIRS_BELOW(down) \
-    ADD_PAIR(down, -2);       \
-    ADD_PAIR(down, -1);       \
-    ADD_PAIR(down, 0);        \
-    ADD_PAIR(down, 1);        \
-    ADD_PAIR(down, 2)
-
-// Row y smoothed, from `present` into `next`; the last time also what sigma depends on.
-// Inlined, since compilers do not take `last` out of the loop.
-__attribute__((always_inline)) static inline void smooth_row(const struct subpixel_strip *strip,
-                                                             const struct subpixel_ring *present,
-                                                             int y, uint16_t *next,
-                                                             const bool last) {
-    const struct subpixel_ring *bad = &strip->bad;
-    const uint16_t *above[SUBPIXEL_RADIUS + 1];
-    const uint16_t *below[SUBPIXEL_RADIUS + 1];
-    const uint16_t *bad_above[SUBPIXEL_RADIUS + 1];
-    const uint16_t *bad_below[SUBPIXEL_RADIUS + 1];
-    for (int j = 0; j <= SUBPIXEL_RADIUS; j++) {
-        above[j] = subpixel_row(present, y - j);
-        below[j] = subpixel_row(present, y + j);
-        bad_above[j] = subpixel_row(bad, y - j);
-        bad_below[j] = subpixel_row(bad, y + j);
-    }
-    const int columns = strip->columns;
-    SUBPIXEL_EACH_ALONE
-    for (int x = 0; x < columns; x++) {
-        const uint16_t middle = above[0][x];
-        const uint16_t top = (uint16_t)(middle + SMOOTH_STEP_Q8);
-        uint16_t sum = 0;  // of SMOOTH_STEP_Q8 - difference
-        uint16_t pairs_here = 0;
-        uint16_t rough_here = 0;
-        ADD_PAIR(0, 1);
-        ADD_PAIR(0, 2);
-        ADD_PAIRS_BELOW(1);
-        ADD_PAIRS_BELOW(2);
-        const int16_t excess = (int16_t)(2 * SMOOTH_STEP_Q8 * pairs_here - sum);
-        const int16_t sign = (int16_t)(excess >> 15);
-        const uint16_t size = (uint16_t)((excess ^ sign) - sign);
-        const uint16_t mean = divide_short(size, (uint16_t)(1 + 2 * pairs_here), SMOOTH_BITS);
-        const uint16_t move = mean < SMOOTH_MAX_Q8 ? mean : SMOOTH_MAX_Q8;
-        next[x] = (uint16_t)(middle + (move ^ sign) - sign);
-        if (last) {
-            strip->pairs[x] = pairs_here;
-            strip->rough[x] = rough_here;
-        }
-    }
-}
+#include "stereo/subpixel_smooth.h"
 
 // Where the pixels of a row are found in the right image: the first of four columns around each,
 // and the position between the middle two of them, in 1/32768. `used` masks those whose four
@@ -161,7 +102,14 @@ static void place_row(const uint16_t *disparity, const int16_t *whole, const uin
 static void fetch_row(const uint8_t *right, const uint16_t *column, uint32_t *four, int columns) {
     SUBPIXEL_EACH_ALONE
     for (int x = 0; x < columns; x++) {
+#if defined(__bfin__)
+        // It loads no words from odd addresses, for which memcpy is a function.
+        const uint8_t *from = right + column[x];
+        four[x] =
+            from[0] | (uint32_t)from[1] << 8 | (uint32_t)from[2] << 16 | (uint32_t)from[3] << 24;
+#else
         memcpy(&four[x], right + column[x], sizeof *four);
+#endif
     }
 }
 
@@ -340,7 +288,12 @@ static void sigma_row(const uint16_t *bound_q16, int32_t floor_q16,
     for (int x = 0; x < columns; x++) {
         const uint16_t pairs = strip->pairs[x];
         const uint16_t any = pairs > 0 ? pairs : 1;
+#if defined(__bfin__)
+        _Static_assert((int)ROUGH_BITS == 9, "");
+        const int32_t mean_q8 = (int32_t)quotient_9_bits(strip->rough[x], any);
+#else
         const int32_t mean_q8 = divide_short(strip->rough[x], any, ROUGH_BITS);
+#endif
         const int32_t variance = bound_q16[x] + (ROUGH_SHARE_Q4 * mean_q8 * mean_q8 >> 4) +
                                  MISSING_Q16 * (COUNT_MAX - 1 - 2 * pairs) + floor_q16;
         int32_t root = 0;

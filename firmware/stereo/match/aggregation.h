@@ -27,6 +27,8 @@ static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) 
     const float quotient = (float)(mass_a * MATCH_WEIGHT_ONE) / (float)(mass_a + mass_b);
     uint16_t share = (uint16_t)(int32_t)quotient;
     share = share < MATCH_WEIGHT_ONE ? share : MATCH_WEIGHT_ONE - 1;
+#elif defined(__bfin__)
+    const uint16_t share = (uint16_t)quotient_7_places(mass_a, (uint32_t)mass_a + mass_b);
 #else
     const uint16_t whole = (uint16_t)(mass_a + mass_b);
     uint16_t rest = mass_a;

@@ -38,6 +38,9 @@
 #include "stereo/image/reason.h"
 #include "stereo/match/checks.h"
 #include "stereo/match/tuning.h"
+#if defined(__bfin__)
+#include "stereo/bfin/quotient.h"
+#endif
 
 enum {
     SAMPLES = 6,  // comparisons per row of a signature: 2 on each side, 1 above, 1 below
@@ -193,6 +196,15 @@ static inline int differing_pairs(const uint32_t *left, const uint32_t *right) {
 }
 #endif
 
+// A whole quotient below 256.
+static inline int quotient(int numerator, int denominator) {
+#if defined(__bfin__)
+    return (int)quotient_8_bits((uint32_t)numerator, (uint32_t)denominator);
+#else
+    return numerator / denominator;
+#endif
+}
+
 static inline bool inside(const struct paper *paper, struct spot spot) {
     return spot.left >= paper->left.begin && spot.left < paper->left.end &&
            spot.right >= paper->right.begin && spot.right < paper->right.end;
@@ -203,7 +215,6 @@ static inline struct spot further(struct spot spot, int pixels) {
 }
 
 static inline int dissimilarity(struct paper *paper, struct spot spot) {
-    INVARIANT(inside(paper, spot));
     paper->evaluations++;
     return differing(paper->left_signature[spot.left], paper->right_signature[spot.right]);
 }
@@ -424,7 +435,10 @@ static int refine_q8(const int *sum) {
     const int after = sum[HERE + 1] - sum[HERE];
     const int steeper = before > after ? before : after;
     const int half = DISPARITY_ONE / 2;
-    return clamp((before - after) * half / (steeper > 0 ? steeper : 1), -half, half);
+    const int fall = before - after;
+    const int size = fall < 0 ? -fall : fall;
+    const int offset = size < steeper ? quotient(size * half, steeper) : size > 0 ? half : 0;
+    return fall < 0 ? -offset : offset;
 }
 
 static enum reason validate(const struct paper *paper, int x, int y, const int *sum, int count,
@@ -467,7 +481,7 @@ static void finish_pixel(const struct paper *paper, int x, int y, uint64_t aroun
             INVARIANT(disparity == paper->column[x].disparity);
             INVARIANT(count >= 1 && count <= 2 * TUNE_PAPER_AROUND_PX + 1);
             disparity_q8 += disparity > min && disparity < max ? refine_q8(sum) : 0;
-            confidence = margin > 0 ? margin * UINT8_MAX / (risen + sum[HERE]) : 0;
+            confidence = margin > 0 ? quotient(margin * UINT8_MAX, risen + sum[HERE]) : 0;
         }
         reason =
             paper->options->keep_all ? REASON_VALID : validate(paper, x, y, sum, count, margin);

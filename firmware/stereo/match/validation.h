@@ -26,6 +26,9 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
     const int16_t size = fall < 0 ? (int16_t)-fall : fall;
     // The quotient size / (2 steeper) in 8 binary places. A neighbour may be lower because path
     // costs overruled it; the offset is then limited to half a disparity.
+#if defined(__bfin__)
+    const int16_t quotient = (int16_t)quotient_7_places((uint32_t)size, (uint32_t)steeper);
+#else
     int16_t rest = size;
     int16_t quotient = 0;
     for (int i = 0; i < 7; i++) {
@@ -34,6 +37,7 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
         rest = (int16_t)(rest - taken);
         quotient = (int16_t)(2 * quotient + (taken != 0 ? 1 : 0));
     }
+#endif
     const int16_t half_way = fall == 0 ? 0 : DISPARITY_ONE / 2;
     const int16_t offset = steeper <= 0 || size >= steeper ? half_way : quotient;
     return fall < 0 ? (int16_t)-offset : offset;

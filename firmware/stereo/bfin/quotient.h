@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Quotients of few bits: the Blackfin has steps of a division, and the compiler's function for a
+/// whole one takes hundreds of cycles.
+#ifndef VERGENCE_STEREO_BFIN_QUOTIENT_H
+#define VERGENCE_STEREO_BFIN_QUOTIENT_H
+
+#include <stdint.h>
+
+#define QUOTIENT_STEP "DIVQ(%0, %1);\n"
+
+/// The first seven binary places of numerator / denominator, 0 <= numerator <= denominator < 2^14.
+static inline uint32_t quotient_7_places(uint32_t numerator, uint32_t denominator) {
+    uint32_t rest = numerator << 16;
+    __asm__("DIVS(%0, %1);\n" QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP
+                QUOTIENT_STEP QUOTIENT_STEP
+            : "+d"(rest)
+            : "d"(denominator)
+            : "CC");
+    return rest & 0x7f;
+}
+
+/// The whole quotient, below 2^9, of numbers below 2^14; the denominator is below 2^5.
+static inline uint32_t quotient_9_bits(uint32_t numerator, uint32_t denominator) {
+    uint32_t rest = numerator << 16;
+    __asm__("DIVS(%0, %1);\n" QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP
+                QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP
+            : "+d"(rest)
+            : "d"(denominator << 9)
+            : "CC");
+    return rest & 0x1ff;
+}
+
+/// `bits` bits of numerator / denominator, the first one that of 1: numerator < 2 denominator <
+/// 2^31.
+static inline uint32_t quotient_bits(uint32_t numerator, uint32_t denominator, int bits) {
+    uint32_t rest = numerator, missing = 0, less;
+    __asm__(
+        "LSETUP (1f, 2f) LC0 = %4;\n"
+        "1: %2 = %0 - %3;\n"
+        "CC = %2 < 0;\n"
+        "IF !CC %0 = %2;\n"
+        "%1 = ROT %1 BY 1;\n"
+        "2: %0 <<= 1;\n"
+        : "+d"(rest), "+d"(missing), "=&d"(less)
+        : "d"(denominator), "a"(bits)
+        : "LC0", "LT0", "LB0", "CC");
+    return ~missing & ((1u << bits) - 1);
+}
+
+/// numerator / denominator, below 256; the denominator is below 2^22.
+static inline uint32_t quotient_8_bits(uint32_t numerator, uint32_t denominator) {
+    return quotient_bits(numerator, denominator << 7, 8);
+}
+
+#endif
