@@ -24,10 +24,6 @@ size_t develop_need_bytes(int width_px, int bits, int threads) {
            arena_need_bytes(parts * CHANNELS * (width + DEBAYER_MARGIN_PX), sizeof(int32_t));
 }
 
-static uint32_t rounded_root(uint32_t value) {
-    return ((uint32_t)root_of(4 * (int64_t)value) + 1) / 2;
-}
-
 // Mean of the fourth powers of one pixel in four, in 1/256 of the largest value. A histogram would
 // also work but needs memory.
 static uint64_t fourth_power(const struct raw_image *raw, int column, int row) {
@@ -69,18 +65,24 @@ struct develop_balance develop_balance_of(const struct raw_image *raw) {
     return balance;
 }
 
-// UINT8_MAX * sqrt(value / largest) for light, UINT8_MAX * value / largest for encoded values.
+// UINT8_MAX * sqrt(value / largest), rounded, for light, UINT8_MAX * value / largest for encoded
+// values.
 static void fill_tone(const struct raw_image *raw, uint32_t gain_q8, uint8_t *tone) {
     const uint32_t largest = (1U << raw->bits) - 1;
+    uint32_t root = 0;
     for (uint32_t value = 0; value <= largest; value++) {
+        if (raw->layout != RAW_BAYER_GRBG) {
+            tone[value] = (uint8_t)((value * UINT8_MAX + largest / 2) / largest);
+            continue;
+        }
         const uint32_t gained = value * gain_q8 / DEVELOP_BALANCE_ONE;
-        const uint64_t light = gained < largest ? gained : largest;
-        const uint32_t toned =
-            raw->layout == RAW_BAYER_GRBG
-                ? rounded_root((uint32_t)(light * UINT8_MAX * UINT8_MAX / largest))
-                : (value * UINT8_MAX + largest / 2) / largest;
-        INVARIANT(toned <= UINT8_MAX);
-        tone[value] = (uint8_t)toned;
+        const uint32_t light = gained < largest ? gained : largest;
+        // The next root is the nearest one from root^2 + root + 1 on.
+        while (light * UINT8_MAX * UINT8_MAX >= (root * root + root + 1) * largest) {
+            root++;
+        }
+        INVARIANT(root <= UINT8_MAX);
+        tone[value] = (uint8_t)root;
     }
 }
 
@@ -89,31 +91,39 @@ static uint32_t luma(const uint16_t *rgb) {
     return (77U * rgb[0] + 150U * rgb[1] + 29U * rgb[2] + 128U) >> 8;
 }
 
-static void develop_row(const struct rows *rows, int y, uint16_t *rgb, int32_t *work) {
+// Grey and colour of a row of pixels, no value of which exceeds the largest. `colour` may be NULL.
+static void tone_row(const struct develop_state *develop, const uint16_t *rgb, int width,
+                     uint8_t *restrict grey, uint8_t *restrict colour) {
+    const uint8_t *tone = develop->tone;
+    const uint8_t *red = develop->balanced[0], *green = develop->balanced[1];
+    const uint8_t *blue = develop->balanced[2];
+    for (int x = 0; x < width; x++, rgb += CHANNELS) {
+        grey[x] = tone[luma(rgb)];
+        if (colour != NULL) {
+            colour[CHANNELS * x] = red[rgb[0]];
+            colour[CHANNELS * x + 1] = green[rgb[1]];
+            colour[CHANNELS * x + 2] = blue[rgb[2]];
+        }
+    }
+}
+
+static void develop_row(const struct rows *rows, int y, bool first, uint16_t *rgb, int32_t *work) {
     const struct develop_state *develop = rows->develop;
     const struct raw_image *raw = develop->raw;
     const uint16_t largest = (uint16_t)((1U << raw->bits) - 1);
-    uint8_t *grey = image_u8_row(rows->grey, y - rows->begin);
-    uint8_t *colour =
-        rows->colour->data != NULL ? image_rgb8_row(rows->colour, y - rows->begin) : NULL;
     const uint16_t *row = raw->data + (ptrdiff_t)y * raw->stride;
     if (raw->layout == RAW_BAYER_GRBG) {
         const struct image_u16 mosaic = {(uint16_t *)(uintptr_t)raw->data, raw->width_px,
                                          raw->height_px, raw->stride};
-        debayer_row(&mosaic, raw->bits, y, rgb, work);
-        row = rgb;
-    }
-    for (int x = 0; x < raw->width_px; x++) {
-        uint16_t pixel[CHANNELS];
-        for (int c = 0; c < CHANNELS; c++) {
-            const uint16_t value = raw->layout == RAW_GREY ? row[x] : row[CHANNELS * x + c];
-            pixel[c] = value < largest ? value : largest;
-        }
-        grey[x] = develop->tone[luma(pixel)];
-        for (int c = 0; c < CHANNELS && colour != NULL; c++) {
-            colour[CHANNELS * x + c] = develop->balanced[c][pixel[c]];
+        (first ? debayer_row : debayer_next_row)(&mosaic, raw->bits, y, rgb, work);
+    } else {
+        for (int i = 0; i < CHANNELS * raw->width_px; i++) {
+            const uint16_t value = row[raw->layout == RAW_GREY ? i / CHANNELS : i];
+            rgb[i] = value < largest ? value : largest;
         }
     }
+    tone_row(develop, rgb, raw->width_px, image_u8_row(rows->grey, y - rows->begin),
+             rows->colour->data != NULL ? image_rgb8_row(rows->colour, y - rows->begin) : NULL);
 }
 
 static void develop_part(void *context, int index) {
@@ -126,7 +136,7 @@ static void develop_part(void *context, int index) {
     const int end = rows->begin + (int)(height * (index + 1) / develop->parts);
     INVARIANT(begin <= end && end <= develop->raw->height_px);
     for (int y = begin; y < end; y++) {
-        develop_row(rows, y, develop->rgb + part * CHANNELS * width,
+        develop_row(rows, y, y == begin, develop->rgb + part * CHANNELS * width,
                     develop->work + part * CHANNELS * (width + DEBAYER_MARGIN_PX));
     }
 }

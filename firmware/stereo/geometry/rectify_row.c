@@ -32,6 +32,22 @@ static int32_t interpolate(int64_t n1, int64_t n2, int64_t e1, int64_t e2, int m
     return (int32_t)(n1 + ((m * (n2 - n1) + bend + STEP_PX / 2) >> STEP_LOG2_MAX));
 }
 
+static bool is_within(int64_t value, int64_t limit) {
+    return value >= -limit && value <= limit;
+}
+
+// Whether interpolate_32 suffices, as the factors are below 2^11 and 16 |rise| below 2^31.
+static bool is_smooth(int64_t rise, int64_t e1, int64_t e2) {
+    return is_within(rise, 1 << 26) && is_within(e1, 1 << 19) && is_within(e2, 1 << 19);
+}
+
+// The same in 32 bits.
+static inline int32_t interpolate_32(int32_t first, int32_t rise, int32_t e1, int32_t e2,
+                                     int32_t m) {
+    const int32_t bend = (factor_near_q14[m] * e1 + factor_far_q14[m] * e2) >> 10;
+    return first + ((m * rise + bend + STEP_PX / 2) >> STEP_LOG2_MAX);
+}
+
 // The table's nodes at the height of row y.
 static void cut_nodes(const struct rectify_table *table, const int32_t *nodes_q16, int y,
                       int32_t *cut_q16) {
@@ -46,12 +62,11 @@ static void cut_nodes(const struct rectify_table *table, const int32_t *nodes_q1
     for (int i = 0; i < table->columns; i++) {
         const int64_t e1 = (int64_t)n0[i] - 2 * (int64_t)n1[i] + n2[i];
         const int64_t e2 = (int64_t)n1[i] - 2 * (int64_t)n2[i] + n3[i];
-        cut_q16[i] = interpolate(n1[i], n2[i], e1, e2, m);
+        const int64_t rise = (int64_t)n2[i] - n1[i];
+        cut_q16[i] = is_smooth(rise, e1, e2)
+                         ? interpolate_32(n1[i], (int32_t)rise, (int32_t)e1, (int32_t)e2, m)
+                         : interpolate(n1[i], n2[i], e1, e2, m);
     }
-}
-
-static bool is_within(int64_t value, int64_t limit) {
-    return value >= -limit && value <= limit;
 }
 
 // One cell of a row: `count` pixels from n[1] towards n[2].
@@ -59,18 +74,21 @@ static void fill_cell(const int32_t n[4], int step_log2, int count, int32_t *q16
     const int64_t rise = (int64_t)n[2] - n[1];
     const int64_t e1 = (int64_t)n[0] - 2 * (int64_t)n[1] + n[2];
     const int64_t e2 = (int64_t)n[1] - 2 * (int64_t)n[2] + n[3];
-    if (count < STEP_PX || !is_within(rise, 1 << 26) || !is_within(e1, 1 << 19) ||
-        !is_within(e2, 1 << 19)) {
+    if (!is_smooth(rise, e1, e2)) {
         for (int x = 0; x < count; x++) {
             q16[x] = interpolate(n[1], n[2], e1, e2, x << (STEP_LOG2_MAX - step_log2));
         }
         return;
     }
-    // The same in 32 bits: |factor| < 2^11 and 16 |rise| < 2^31.
     const int32_t first = n[1], rise32 = (int32_t)rise, e1_32 = (int32_t)e1, e2_32 = (int32_t)e2;
-    for (int32_t m = 0; m < STEP_PX; m++) {
-        const int32_t bend = (factor_near_q14[m] * e1_32 + factor_far_q14[m] * e2_32) >> 10;
-        q16[m] = first + ((m * rise32 + bend + STEP_PX / 2) >> STEP_LOG2_MAX);
+    if (count == STEP_PX) {
+        for (int32_t m = 0; m < STEP_PX; m++) {
+            q16[m] = interpolate_32(first, rise32, e1_32, e2_32, m);
+        }
+        return;
+    }
+    for (int32_t x = 0; x < count; x++) {
+        q16[x] = interpolate_32(first, rise32, e1_32, e2_32, x << (STEP_LOG2_MAX - step_log2));
     }
 }
 
@@ -162,11 +180,12 @@ static int32_t fraction_q11(int32_t q16) {
     return ((q16 & 0xffff) + 16) >> 5;
 }
 
-static uint8_t blend_u8(int32_t a, int32_t b, int32_t c, int32_t d, int32_t fx_q11,
+static uint8_t blend_u8(const uint8_t *above, const uint8_t *below, int step, int32_t fx_q11,
                         int32_t fy_q11) {
-    const int32_t above = a * 2048 + (b - a) * fx_q11;
-    const int32_t below = c * 2048 + (d - c) * fx_q11;
-    return (uint8_t)((above * (2048 - fy_q11) + below * fy_q11 + (1 << 21)) >> 22);
+    const int16_t fx = (int16_t)fx_q11;
+    const int32_t upper = above[0] * 2048 + (int16_t)(above[step] - above[0]) * fx;
+    const int32_t lower = below[0] * 2048 + (int16_t)(below[step] - below[0]) * fx;
+    return (uint8_t)((upper * 2048 + (lower - upper) * fy_q11 + (1 << 21)) >> 22);
 }
 
 struct rectify_extent rectify_row_extent(const struct rectify_table *table, int y,
@@ -224,14 +243,13 @@ void rectify_row_strip(const struct rectify_table *table, const struct rectify_s
         }
         const int32_t fx_q11 = fraction_q11(x_q16[x]), fy_q11 = fraction_q11(y_q16[x]);
         const uint8_t *p = strip->grey.data + row * grey_stride + column;
-        grey[x] = blend_u8(p[0], p[1], p[grey_stride], p[grey_stride + 1], fx_q11, fy_q11);
+        grey[x] = blend_u8(p, p + grey_stride, 1, fx_q11, fy_q11);
         if (colour == NULL) {
             continue;
         }
         p = strip->colour.data + row * colour_stride + 3 * column;
         for (int channel = 0; channel < 3; channel++, p++) {
-            colour[3 * x + channel] =
-                blend_u8(p[0], p[3], p[colour_stride], p[colour_stride + 3], fx_q11, fy_q11);
+            colour[3 * x + channel] = blend_u8(p, p + colour_stride, 3, fx_q11, fy_q11);
         }
     }
 }

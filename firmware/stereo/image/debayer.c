@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/image/debayer.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "core/invariant.h"
@@ -113,28 +114,51 @@ static void fill_green_site(const struct context *c, int x, int left, int right,
     rgb[2 - own] = clamp(green[0] + ((above_q1 + 1) >> 1), largest);
 }
 
-void debayer_row(const struct image_u16 *raw, int bits, int y, uint16_t *rgb, int32_t *work) {
+static void fill_pixel(const struct context *c, int x, int width, int first, int own,
+                       int32_t largest, uint16_t *rgb) {
+    const int left = x > 0 ? x - 1 : 1, right = x < width - 1 ? x + 1 : width - 2;
+    if ((x & 1) == first) {
+        fill_site(c, x, left, right, own, largest, rgb + 3 * x);
+    } else {
+        fill_green_site(c, x, left, right, own, largest, rgb + 3 * x);
+    }
+}
+
+// Green of row y, which may be beyond the image, has the memory of every third row.
+static int32_t *green_at(int32_t *work, int y, int width) {
+    return work + (ptrdiff_t)((y + 3) % 3) * (width + 2 * PAD);
+}
+
+static void make_row(const struct image_u16 *raw, int bits, int y, bool next, uint16_t *rgb,
+                     int32_t *work) {
     INVARIANT(raw->width >= 2 && raw->height >= 2);
     INVARIANT(bits >= 8 && bits <= 16 && y >= 0 && y < raw->height);
-    const int width = raw->width;
-    int32_t *green_up = work;
-    int32_t *green = green_up + width + 2 * PAD;
-    int32_t *green_down = green + width + 2 * PAD;
-    fill_green(raw, mirror(y - 1, raw->height), green_up);
-    fill_green(raw, y, green);
-    fill_green(raw, mirror(y + 1, raw->height), green_down);
-    const struct context context = {row_at(raw, y - 1), row_at(raw, y), row_at(raw, y + 1),
-                                    green_up,           green,          green_down};
-    const int32_t largest = (1 << bits) - 1;
     INVARIANT(rgb != NULL && work != NULL);
+    const int width = raw->width;
+    for (int row = next ? y + 1 : y - 1; row <= y + 1; row++) {
+        fill_green(raw, mirror(row, raw->height), green_at(work, row, width));
+    }
+    const struct context context = {row_at(raw, y - 1),       row_at(raw, y),
+                                    row_at(raw, y + 1),       green_at(work, y - 1, width),
+                                    green_at(work, y, width), green_at(work, y + 1, width)};
+    const int32_t largest = (1 << bits) - 1;
     const int own = 2 * (y & 1);  // red or blue
     const int first = 1 - (y & 1);
-    for (int x = 0; x < width; x++) {
-        const int left = x > 0 ? x - 1 : 1, right = x < width - 1 ? x + 1 : width - 2;
-        if ((x & 1) == first) {
-            fill_site(&context, x, left, right, own, largest, rgb + 3 * x);
-        } else {
-            fill_green_site(&context, x, left, right, own, largest, rgb + 3 * x);
-        }
+    fill_pixel(&context, 0, width, first, own, largest, rgb);
+    for (int x = 2 - first; x < width - 1; x += 2) {
+        fill_site(&context, x, x - 1, x + 1, own, largest, rgb + 3 * x);
     }
+    for (int x = 1 + first; x < width - 1; x += 2) {
+        fill_green_site(&context, x, x - 1, x + 1, own, largest, rgb + 3 * x);
+    }
+    fill_pixel(&context, width - 1, width, first, own, largest, rgb);
+}
+
+void debayer_row(const struct image_u16 *raw, int bits, int y, uint16_t *rgb, int32_t *work) {
+    make_row(raw, bits, y, false, rgb, work);
+}
+
+void debayer_next_row(const struct image_u16 *raw, int bits, int y, uint16_t *rgb, int32_t *work) {
+    INVARIANT(y > 0);
+    make_row(raw, bits, y, true, rgb, work);
 }
