@@ -62,6 +62,13 @@ static inline pair16 pair_halve(pair16 value) {
     return result;
 }
 
+/// The product of two numbers of 16 bits, in one cycle; the compiler takes three for 32 bits.
+static inline int32_t product_16(int32_t a, int32_t b) {
+    int32_t result;
+    __asm__("%0 = %1.L * %2.L (IS);" : "=d"(result) : "d"(a), "d"(b));
+    return result;
+}
+
 /// Whole quotients below 2^bits; neither may exceed 15 bits.
 static inline pair16 pair_divide(pair16 numerator, pair16 denominator, const int bits) {
     pair16 part = denominator, quotient = pair_of(0);

@@ -4,6 +4,9 @@
 
 #include "core/invariant.h"
 #include "stereo/geometry/rectify.h"
+#if defined(__bfin__)
+#include "stereo/bfin/pairs.h"
+#endif
 
 enum {
     STEP_LOG2_MIN = 2,
@@ -180,11 +183,16 @@ static int32_t fraction_q11(int32_t q16) {
     return ((q16 & 0xffff) + 16) >> 5;
 }
 
+#if !defined(__bfin__)
+static inline int32_t product_16(int32_t a, int32_t b) {
+    return a * b;
+}
+#endif
+
 static uint8_t blend_u8(const uint8_t *above, const uint8_t *below, int step, int32_t fx_q11,
                         int32_t fy_q11) {
-    const int16_t fx = (int16_t)fx_q11;
-    const int32_t upper = above[0] * 2048 + (int16_t)(above[step] - above[0]) * fx;
-    const int32_t lower = below[0] * 2048 + (int16_t)(below[step] - below[0]) * fx;
+    const int32_t upper = above[0] * 2048 + product_16(above[step] - above[0], fx_q11);
+    const int32_t lower = below[0] * 2048 + product_16(below[step] - below[0], fx_q11);
     return (uint8_t)((upper * 2048 + (lower - upper) * fy_q11 + (1 << 21)) >> 22);
 }
 
