@@ -30,9 +30,10 @@ struct capture {
     std::array<std::string, 2> name;  // names of the images, for reports; should be unique
     std::array<board_view, 2> view;
     // For a calibration of all zooms only:
-    size_t board = 0;  // index in `zoom_observations::boards`
-    int position = 0;  // captures with the same number show the board in the same place
-    int visit = 0;     // captures with the same number were taken without a pan in between
+    size_t board = 0;      // index in `zoom_observations::boards`
+    int position = 0;      // captures with the same number show the board in the same place
+    int visit = 0;         // captures with the same number were taken without a pan in between
+    bool focused = false;  // both lenses were focused on the board's corner next to the middle
     std::array<zoom_axes, 2> axes{};
 };
 

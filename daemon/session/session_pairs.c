@@ -53,8 +53,11 @@ int session_pairs_next(struct session_pairs *self, struct session_reader *reader
         } else if (event->kind == SESSION_COMMAND) {
             read_board_position(event->text, &self->board_position);
             read_corner_noise(event->text, &self->corner_noise);
+            self->next_focused_on_board |= strcmp(event->text, SESSION_FOCUSED_ON_BOARD) == 0;
         } else if (event->kind == SESSION_PAIR) {
             self->pair = *event;
+            self->focused_on_board = self->next_focused_on_board;
+            self->next_focused_on_board = false;
             self->has_calibration = self->next_has_calibration;
             self->calibration_crc = self->next_calibration_crc;
             self->has_zoom_calibration = self->next_has_zoom_calibration;
@@ -139,6 +142,7 @@ static void describe(struct reading *reading) {
     files->pair = &pairs->pair.pair;
     files->number = pairs->count;
     files->board_position = pairs->board_position;
+    files->focused_on_board = pairs->focused_on_board;
     files->corner_noise = pairs->corner_noise;
     bool turned = pairs->count == 1;
     for (int side = 0; side < RIG_SIDES; side++) {

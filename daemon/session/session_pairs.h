@@ -22,6 +22,10 @@ enum { SESSION_PAIRS_PATH_BYTES = 4096 };
 /// is at its position of this number. To the console it is a comment.
 #define SESSION_BOARD_POSITION "# board position "
 
+/// The text of a command event: both lenses were focused on the calibration board that the next
+/// pair shows, on its part next to the middle of the picture.
+#define SESSION_FOCUSED_ON_BOARD "# focused on the board"
+
 /// Begins the text of a command event, followed by the noise of a corner in the left and in the
 /// right camera (rms distance from its mean place, px) and the number of still frames that show it.
 #define SESSION_CORNER_NOISE "# corner noise "
@@ -40,12 +44,14 @@ struct session_pairs {
     bool has_zoom_calibration;  // whether the session has that of all zooms
     uint32_t zoom_calibration_crc;
     uint32_t board_position;  // board's position, see SESSION_BOARD_POSITION; 0: none
+    bool focused_on_board;    // see SESSION_FOCUSED_ON_BOARD
     struct session_corner_noise corner_noise;
     bool has_instrument;  // the session records the instrument
     struct session_instrument instrument;
 
     // Work space.
     struct session_event event;
+    bool next_focused_on_board;
     bool next_has_calibration;
     uint32_t next_calibration_crc;
     bool next_has_zoom_calibration;
@@ -72,6 +78,7 @@ struct session_pair_files {
     const struct pair *pair;                   // its images have no pixels
     uint32_t number;                           // number of the pair, from 1
     uint32_t board_position;                   // 0: none was recorded
+    bool focused_on_board;                     // see SESSION_FOCUSED_ON_BOARD
     struct session_corner_noise corner_noise;  // last measurement before the pair
     uint32_t pan_visit;  // counts from 1: grows whenever a camera was turned since the last pair
 };

@@ -136,6 +136,8 @@ TEST_CASE("a session that ended, or was cut off, goes on where it was") {
         INFO(end);
         const std::string text = SESSION_BOARD_POSITION + std::to_string(++position);
         CHECK(session_writer_command(writer.get(), text.c_str(), &last_error) == 0);
+        const char *const focused = position == 2 ? SESSION_FOCUSED_ON_BOARD : "# another";
+        CHECK(session_writer_command(writer.get(), focused, &last_error) == 0);
         owned_pair made;
         random_pair(random, made);
         for (auto &frame : made.value.frame) {
@@ -158,11 +160,11 @@ TEST_CASE("a session that ended, or was cut off, goes on where it was") {
     std::vector<std::vector<std::uint32_t>> seen;
     const auto each = [](void *list, const session_pair_files *files) {
         static_cast<decltype(seen) *>(list)->push_back({files->pair->number, files->board_position,
-                                                        files->pan_visit,
+                                                        files->pan_visit, files->focused_on_board,
                                                         files->missing[0] || files->missing[1]});
     };
     CHECK(session_pairs_read(path.c_str(), false, each, &seen, &last_error) == 3);
-    CHECK(seen == decltype(seen){{1, 1, 1, 0}, {2, 2, 1, 0}, {3, 3, 2, 0}});
+    CHECK(seen == decltype(seen){{1, 1, 1, 0, 0}, {2, 2, 1, 1, 0}, {3, 3, 2, 0, 0}});
     for (const auto &entry : std::filesystem::directory_iterator(path)) {
         if (entry.path().extension() == ".pnm") {
             std::filesystem::remove(entry);
@@ -171,7 +173,7 @@ TEST_CASE("a session that ended, or was cut off, goes on where it was") {
     seen.clear();
     CHECK(session_pairs_read(path.c_str(), false, each, &seen, &last_error) == ERROR_MISSING);
     CHECK(session_pairs_read(path.c_str(), true, each, &seen, &last_error) == 3);
-    CHECK(seen == decltype(seen){{1, 1, 1, 1}, {2, 2, 1, 1}, {3, 3, 2, 1}});
+    CHECK(seen == decltype(seen){{1, 1, 1, 0, 1}, {2, 2, 1, 1, 1}, {3, 3, 2, 0, 1}});
 
     // A note is an event of its own behind the pairs; the session is closed again.
     CHECK(session_add_note(AT_FDCWD, path.c_str(), "# measure fit=360", &last_error) == 0);
@@ -181,7 +183,7 @@ TEST_CASE("a session that ended, or was cut off, goes on where it was") {
     CHECK(session_pairs_read(path.c_str(), true, each, &seen, &last_error) == 3);
     int events = 0;
     CHECK(read_all(path, &events, &last_error) == 0);
-    CHECK(events == 3 + 3 + 2 + 1);  // positions, pairs, notes, end
+    CHECK(events == 3 + 3 + 3 + 2 + 1);  // positions, pairs, notes, end
     const std::string long_note = "#" + std::string(SESSION_TEXT_MAX, 'x');
     CHECK(session_add_note(AT_FDCWD, path.c_str(), long_note.c_str(), &last_error) == ERROR_RANGE);
     CHECK(read_text(path + "/session.index") == noted);

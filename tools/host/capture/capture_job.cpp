@@ -216,7 +216,8 @@ class runner {
     /// `corners`: of both pictures, to focus by; null: focused at the measured distance.
     bool take(uint32_t position, int zoom, const capture_point *corners, capture_shot *shot) {
         double whites = 0;
-        if (!command("zoom " + std::to_string(zoom)) || !focus(corners) ||
+        bool focused = false;
+        if (!command("zoom " + std::to_string(zoom)) || !focus(corners, &focused) ||
             (!exposed_ && !command("autoexpose whites=yes iris=no")) || !see(shot, &whites) ||
             !expose_board(shot, &whites)) {
             return false;
@@ -228,6 +229,7 @@ class runner {
                         "continues with a new position)");
         }
         shot->position = static_cast<int>(position);
+        shot->focused = focused;
         captures_++;
         const std::string of = " of " + std::to_string(captures_planned_);
         std::printf("  %5.1f mm: %zu and %zu corners (captures %d%s)\n", optics_.focal_mm(zoom),
@@ -314,7 +316,8 @@ class runner {
         return fail(why);
     }
 
-    bool focus(const capture_point *corners) {
+    /// `*focused`: on the board, by its corners; not by the scale.
+    bool focus(const capture_point *corners, bool *focused) {
         const double distance = distance_mm_ > 0 ? distance_mm_ : next_.z_mm;
         if (!focus_by_scale(distance)) {
             return false;
@@ -330,6 +333,7 @@ class runner {
                 return focus_by_scale(distance);
             }
         }
+        *focused = corners != nullptr;
         return true;
     }
 
@@ -485,8 +489,7 @@ class runner {
             const capture_point corners[2] = {capture_middle_corner(optics_, last.view[0], ratio),
                                               capture_middle_corner(optics_, last.view[1], ratio)};
             capture_shot shot;
-            if (!take(position, zooms_[i], job_.autofocus && i + 1 == end ? corners : nullptr,
-                      &shot)) {
+            if (!take(position, zooms_[i], is_longest(last, i, end) ? corners : nullptr, &shot)) {
                 return false;
             }
             if (!capture_is_seen(shot)) {
@@ -500,6 +503,13 @@ class runner {
             last = shot;
         }
         return true;
+    }
+
+    /// Whether the zoom after `last`'s is where the lenses are focused by their pictures: none that
+    /// is longer shows the board.
+    bool is_longest(const capture_shot &last, size_t zoom, size_t end) const {
+        return job_.autofocus &&
+               (zoom + 1 == end || !visible(last, zooms_[zoom - 1], zooms_[zoom + 1]));
     }
 
     bool visible(const capture_shot &shot, int from, int to) const {

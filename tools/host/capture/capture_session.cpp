@@ -52,6 +52,7 @@ std::string moved_lens(const pair &taken) {
 capture_shot shot_of(const session_pair_files &files) {
     capture_shot shot;
     shot.position = static_cast<int>(files.board_position);
+    shot.focused = files.focused_on_board;
     shot.begin_us = std::min(files.pair->frame[0].begin_us, files.pair->frame[1].begin_us);
     shot.end_us = std::max(files.pair->frame[0].end_us, files.pair->frame[1].end_us);
     shot.moved = moved_lens(*files.pair);
@@ -270,6 +271,9 @@ bool capture_session::add(const std::string &incoming, const capture_shot &shot,
     if (noted_position_ != shot.position) {
         const std::string text = SESSION_BOARD_POSITION + std::to_string(shot.position);
         code = session_writer_command(writer_.get(), text.c_str(), &last_error);
+    }
+    if (shot.focused && code == 0) {
+        code = session_writer_command(writer_.get(), SESSION_FOCUSED_ON_BOARD, &last_error);
     }
     for (int side = 0; side < 2 && code == 0; side++) {
         code = session_reader_load(&from->reader, &event.pair.frame[side].image,
