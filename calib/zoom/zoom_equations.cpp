@@ -118,7 +118,10 @@ class place_sum {
         const focus_row row =
             focus_row_of(problem_, layout_, view.capture, view.camera, view.block.posed,
                          estimate_.T_instrument_board[problem_.captures[view.capture].place]);
-        const double weight = 1 / (prior_.focused_sigma * prior_.focused_sigma);
+        if (row.columns.empty()) {
+            return;
+        }
+        const double weight = 1 / (row.sigma * row.sigma);
         for (size_t i = 0; i < row.columns.size(); i++) {
             const int at = place_of_[size_t(row.columns[i])];
             sum_.gradient[at] += weight * row.derivatives[i] * row.residual;

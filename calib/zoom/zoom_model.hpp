@@ -32,6 +32,8 @@ struct zoom_problem {
     struct capture {
         size_t board, place;  // `place`: index of the board position
         int visit;
+        // Of the dioptre at which the lenses were focused, at a long focal length, 1/m; 0: unknown.
+        double focused_sigma;
         std::array<int, CAMERAS> setting;
         std::array<zoom_axes, CAMERAS> axes;
         std::array<bundle_view, CAMERAS> view;
@@ -113,8 +115,6 @@ struct zoom_prior {
     std::vector<double> mean, sigma;  // mean and sigma of each shared parameter
     /// 0: there is no such difference. Either all are 0 or none.
     std::array<zoom_latents, CAMERAS> latent_sigma{};
-    /// The lens was focused on the board: standard deviation of the difference, 1/m.
-    double focused_sigma = 0.1;
 
     bool has_latents() const { return latent_sigma[0][0] > 0; }
 };

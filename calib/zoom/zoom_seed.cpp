@@ -20,6 +20,10 @@ const double DEFAULT_SIGMA_PX = 0.1;
 // as blur and perspective do to a detector. Taken at their word, sharp corners bend the lens
 // functions to that.
 const double MIN_SIGMA_PX = 0.03;
+// Of the dioptre, 1/m. A distance scale is as wrong as the focal length that the board's distance
+// was found with, alike in all pairs, so it says nothing where others were focused by their
+// pictures.
+const double FOCUSED_BY_SCALE_SIGMA = 0.1, FOCUSED_SIGMA = 0.004;
 
 // Clusters of positions; `of[i]` is the cluster of capture i.
 std::vector<double> cluster(const std::vector<double> &counts, std::vector<int> *group) {
@@ -100,6 +104,8 @@ std::string make_problem(const zoom_observations &seen, zoom_problem *problem) {
         side.pixel_mm = seen.pixel_mm[camera];
     }
     add_boards(seen, problem);
+    const bool focus_found = std::any_of(seen.captures.begin(), seen.captures.end(),
+                                         [](const capture &one) { return one.focused; });
     std::map<std::pair<int, size_t>, size_t> places;
     std::map<int, int> visits;
     for (size_t i = 0; i < seen.captures.size(); i++) {
@@ -115,6 +121,9 @@ std::string make_problem(const zoom_observations &seen, zoom_problem *problem) {
         problem->captures.push_back({one.board,
                                      place.first->second,
                                      visit,
+                                     !focus_found  ? FOCUSED_BY_SCALE_SIGMA
+                                     : one.focused ? FOCUSED_SIGMA
+                                                   : 0,
                                      {setting[LEFT][i], setting[RIGHT][i]},
                                      one.axes,
                                      {view_of(one.view[0]), view_of(one.view[1])}});

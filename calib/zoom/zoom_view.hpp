@@ -41,10 +41,11 @@ struct view_block {
 view_block view_block_of(const zoom_problem &problem, const zoom_layout &layout, double loss_scale,
                          const zoom_estimate &estimate, size_t capture, int camera);
 
-/// The lens was focused on the board: the dioptre of the sharp plane minus that of the board.
-/// Without columns at an end of the focus, which may not reach the board.
+/// The lens was focused on the board: the dioptre of the sharp plane minus that of the corner next
+/// to the middle of the picture. Without columns where that is unknown, and at an end of the focus,
+/// which may not reach the board.
 struct focus_row {
-    double residual = 0;
+    double residual = 0, sigma = 0;  // 1/m
     std::vector<int> columns;
     std::vector<double> derivatives;
 };

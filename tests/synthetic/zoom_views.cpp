@@ -210,13 +210,15 @@ class ViewMaker {
         capture.board = board;
         capture.position = position;
         capture.visit = visit_;
+        capture.focused = plan_.scale_error > 0 && zoom % 2 == 0;
         for (int side = 0; side < 2; side++) {
             const ZoomCamera &of = views_.rig.camera[side];
             const double pan = toe_in_rad(plan_, side) + pan_more_rad_;
             ZoomMoment moment{counts_[size_t(zoom)] + plan_.settle_counts * noise_.normal(), 0,
                               pan + views_.pan_off_rad[side]};
             const Camera rough = camera_at(of, moment);
-            const double distance = (rough.R_camera_world * (at.middle_mm - rough.centre_mm)).z;
+            const double distance = (rough.R_camera_world * (at.middle_mm - rough.centre_mm)).z *
+                                    (capture.focused ? 1 : 1 - plan_.scale_error);
             moment.focus =
                 std::round(std::clamp(focus_of(of.lens, moment.zoom, distance), kLow, kHigh));
             capture.axes[size_t(side)] = {moment.zoom + plan_.reading_counts * noise_.normal(),

@@ -48,6 +48,9 @@ struct ZoomPlan {
     double ripple_mm = 0, centre_ripple_px = 0;
     double noise_px = 0.1;
     double reading_counts = 0, settle_counts = 0;  // noise of the read position; of the true one
+    // At every second zoom the lenses are focused by their scales, for a board so much nearer
+    // (share of its distance), at the others by the picture. 0: all exactly, and how is not noted.
+    double scale_error = 0;
     double toe_in_mm = 1800;
     double pan_sigma_rad = 0;  // servos, at each visit
     int pans = 1;              // visits

@@ -483,6 +483,33 @@ TEST_CASE("a board nearer than the lens can focus does not say where it was focu
     CHECK(focused > 0);
 }
 
+TEST_CASE("the focus is what pictures say, not a scale that is off") {
+    synthetic::ZoomPlan plan = sweep(6);
+    plan.zooms = 6;
+    plan.scale_error = 0.04;
+    synthetic::ZoomViews views = synthetic::make_zoom_views(plan, 3, 4);
+    calib::zoom_options options;
+    options.leave_out = false;
+    // Most error of 1 / distance over the zoom at what is in focus at 1.8 m, 1/m.
+    const auto error_per_m = [&] {
+        const calib::zoom_solution solution = calib::solve_zoom(views.seen, options);
+        REQUIRE(solution.failure == "");
+        double most = 0;
+        for (const double zoom : {400.0, 550.0, 700.0, 840.0}) {
+            const both cameras = cameras_at(plan, views, solution, zoom);
+            for (const auto &side : cameras.found.side) {
+                most = std::fmax(most, std::fabs(side.focus_dioptre - 1 / 1.8));
+            }
+        }
+        return most;
+    };
+    CHECK(error_per_m() < 0.008);
+    for (calib::capture &capture : views.seen.captures) {
+        capture.focused = false;
+    }
+    CHECK(error_per_m() > 0.008);
+}
+
 TEST_CASE("no corner counts as better than what a detector's errors have in common") {
     synthetic::ZoomPlan plan = sweep(1);
     plan.zooms = 1;

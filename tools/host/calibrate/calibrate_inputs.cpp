@@ -154,6 +154,7 @@ class expander {
                                     files->number,
                                     files->board_position,
                                     files->pan_visit,
+                                    files->focused_on_board,
                                     files->corner_noise});
         };
         return session_pairs_read(path.c_str(), frames_may_miss_, add_shot, names_, &last_error) >

@@ -25,6 +25,7 @@ struct calibrate_shot {
     uint32_t number = 0;                           // number of the pair in the session, from 1
     /// Of the board and of the pans, as in session_pairs.h; 0: not recorded.
     uint32_t board_position = 0, pan_visit = 0;
+    bool focused_on_board = false;
     session_corner_noise corner_noise{};
 };
 

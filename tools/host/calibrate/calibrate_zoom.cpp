@@ -126,6 +126,7 @@ class collector {
         one.position =
             number_of(&positions_, {shot.session, position, position > 0 ? 0 : index + 1});
         one.visit = number_of(&visits_, {shot.session, shot.pan_visit, 0});
+        one.focused = shot.focused_on_board;
         for (size_t side = 0; side < 2; side++) {
             const calibration_axis &pan = axis_of(shot, side, CALIBRATION_PAN);
             one.axes[side] = {
