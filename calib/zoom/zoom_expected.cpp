@@ -250,15 +250,29 @@ double board_distance_mm(const zoom_solution &solution) {
 }
 
 zoom_state zoom_aimed(const zoom_calibration &calibration, double share, double depth_mm) {
-    const double middle_mm = 0.5 * calibration.camera[1].mount[ZOOM_POSITION_X];
+    const double point_mm[3] = {0.5 * calibration.camera[1].mount[ZOOM_POSITION_X], 0, depth_mm};
     zoom_state state{};
     for (size_t side = 0; side < 2; side++) {
         const zoom_camera &camera = calibration.camera[side];
-        const double turn = std::atan((side == 0 ? middle_mm : -middle_mm) / depth_mm);
         state.side[side].zoom_counts =
             camera.zoom.min + (camera.zoom.max - camera.zoom.min) * share;
         state.side[side].focus_counts = 0.5 * (camera.focus.min + camera.focus.max);
-        state.side[side].pan_rad = std::clamp(turn, camera.pan_rad.min, camera.pan_rad.max);
+    }
+    // By how much the point is beside each camera's axis, which is where its horn and mount have
+    // it.
+    for (int pass = 0; pass < 2; pass++) {
+        zoom_pair pair;
+        zoom_pair_at(calibration.camera, &state, &pair);
+        for (size_t side = 0; side < 2; side++) {
+            const zoom_range &range = calibration.camera[side].pan_rad;
+            double arm_mm[3], seen[3];
+            for (size_t i = 0; i < 3; i++) {
+                arm_mm[i] = point_mm[i] - pair.side[side].position_mm[i];
+            }
+            geometry_rotate_back(pair.side[side].R_instrument_camera, arm_mm, seen);
+            state.side[side].pan_rad = std::clamp(
+                state.side[side].pan_rad + std::atan2(seen[0], seen[2]), range.min, range.max);
+        }
     }
     return state;
 }
