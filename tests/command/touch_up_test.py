@@ -108,8 +108,8 @@ class TouchUp(unittest.TestCase):
             self.assertLess(sigmas, 8)
             self.assertEqual(look["holds"], max(sigmas, read["rows_z"], refined["square_z"]) < 4)
             # It does not know the ripple of the lenses' cams either: 0.1 % of f at the wide end.
-            self.assertAlmostEqual(corrected["square_mm"], 24, delta=0.03)
-            self.assertLess(corrected["rows_px"], 0.1)
+            self.assertAlmostEqual(corrected["square_mm"], 24, delta=0.05)
+            self.assertLess(corrected["rows_px"], 0.15)
             self.assertLess(corrected["depth_sigma_mm"], 0.2 * read["depth_sigma_mm"])
 
     def test_a_look_at_the_board_verifies_the_calibration(self):
@@ -121,7 +121,10 @@ class TouchUp(unittest.TestCase):
         self.assertRegex(done.stderr, r"Undecided: .* errors above \d\.\d % are excluded")
         self.assertEqual(os.listdir(self.here), ["instrument.zoom"])
         self.assertFalse(os.path.exists("calibration"))
-        done = self.look(self.zoom, "--verify", "--json")
+        # With the servos' horns, by which the cameras stand 1.1 degrees closer.
+        horns = self.changed("right_rotation_rad", lambda turn: (
+            turn[0], f"{float(turn[1]) - np.radians(1.1):.12f}", turn[2]))
+        done = self.look(horns, "--verify", "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         page = json.loads(done.stdout)
         self.assertTrue(page["verdict"]["good"])
