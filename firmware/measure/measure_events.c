@@ -144,6 +144,22 @@ static enum measure_outcome take_focus(struct measure *self, const struct measur
     return MEASURE_DONE;
 }
 
+// A move of a lens ends within its tolerance, and what it was off by is known.
+static enum measure_outcome take_middle(struct measure *self, const struct measure_event *event) {
+    double most_counts = 0;
+    for (int side = 0; side < 2; side++) {
+        const double off = self->axes.side[side].focus_counts - self->focus_wanted[side];
+        self->focus_off[side] += off;
+        most_counts = math_max(most_counts, fabs(off));
+    }
+    if (event->error != ERROR_OK || self->tries == MEASURE_FOCUS_TRIES ||
+        !(most_counts > MEASURE_FOCUS_COUNTS)) {
+        return MEASURE_DONE;
+    }
+    self->tries++;
+    return MEASURE_REPEAT;
+}
+
 static enum measure_outcome moved_or_failed(struct measure *self, int error) {
     if (error == ERROR_MOVED && self->tries < MEASURE_MOVED_TRIES) {
         self->tries++;
@@ -357,7 +373,7 @@ enum measure_outcome measure_take(struct measure *self, const struct measure_eve
         [MEASURE_ZOOM] = take_zoom,
         [MEASURE_IRIS] = take_iris,
         [MEASURE_FOCUS] = take_focus,
-        [MEASURE_MIDDLE] = take_any,
+        [MEASURE_MIDDLE] = take_middle,
         [MEASURE_LIGHT] = take_light,
         [MEASURE_PAIR] = take_pair,
         [MEASURE_MERGED] = take_merged,

@@ -164,17 +164,13 @@ static bool needs_iris(const struct measure *self) {
     return measure_may_move(self) && self->instrument.iris && self->near_mm > 0;
 }
 
-bool measure_has_distance(const struct measure *self) {
-    return self->request.quick && self->subject_known;
-}
-
 static bool needs_focus(const struct measure *self) {
-    return measure_may_move(self) && self->instrument.focus && !measure_has_distance(self);
+    return measure_may_move(self) && self->instrument.focus && !self->subject_known;
 }
 
 static bool needs_middle(const struct measure *self) {
     return measure_may_move(self) && self->instrument.focus &&
-           (self->near_mm > 0 || self->focus_missed);
+           (self->subject_known || self->focus_missed);
 }
 
 static bool needs_light(const struct measure *self) {

@@ -101,52 +101,30 @@ bool measure_prepare_iris(struct measure *self, struct measure_step *step) {
     return true;
 }
 
-// Makes `to`, the calibration's focus for the middle, that which is as far from the focus that was
-// found as the calibration has it: what was found counts. False: it would change nothing.
-static bool shift_focus(const struct measure *self, const struct lens_state *middle,
-                        const double point_mm[3], struct zoom_state *to) {
-    struct zoom_state at = self->axes;
-    struct lens_state lens = *middle;
-    lens.focus_distance_mm = self->distance_mm;
-    if (!(self->distance_mm > 2 * lens.focal_length_mm) ||
-        lens_blur(&lens, middle->focus_distance_mm) <=
-            MEASURE_MIDDLE_PX * measure_model(self)->camera[0].pixel_mm ||
-        zoom_focus_at(measure_model(self), point_mm, &at) != ERROR_OK) {
-        return false;
-    }
-    for (int side = 0; side < 2; side++) {
-        to->side[side].focus_counts +=
-            self->axes.side[side].focus_counts - at.side[side].focus_counts;
-    }
-    return true;
-}
-
-// From the focus that was found to the middle of the depth, or to where the calibration has that.
+// To the middle of the depth, or of what is known of it: the calibration was focused by pictures,
+// so that it places a lens better than a search does in which a table may be sharper than the
+// subject.
 bool measure_prepare_middle(struct measure *self, struct measure_step *step) {
-    const bool is_absolute = self->focus_missed || measure_has_distance(self);
     struct zoom_state to = self->axes;
     struct lens_state lens;
-    double point_mm[3], middle_mm[3];
+    double middle_mm[3];
     const bool has_depth = lens_of(self, &lens);
-    measure_point(self, point_mm);
-    memcpy(middle_mm, point_mm, sizeof middle_mm);
-    middle_mm[2] += has_depth ? lens.focus_distance_mm - self->distance_mm : 0;
-    if ((!is_absolute && !has_depth) ||
-        zoom_focus_at(measure_model(self), middle_mm, &to) != ERROR_OK) {
-        return false;
+    const double distance_mm = has_depth ? lens.focus_distance_mm : self->distance_mm;
+    measure_point(self, middle_mm);
+    middle_mm[2] += distance_mm - self->distance_mm;
+    if (zoom_focus_at(measure_model(self), middle_mm, &to) != ERROR_OK) {
+        measure_lose(self, MEASURE_LOSS_NOT_SHARP);  // as near as it can
     }
-    if (!is_absolute && !shift_focus(self, &lens, point_mm, &to)) {
-        return false;
+    for (int side = 0; side < 2; side++) {
+        self->focus_wanted[side] = to.side[side].focus_counts;
+        to.side[side].focus_counts -= self->focus_off[side];
     }
     step->kind = MEASURE_STEP_FOCUS;
     step->axes = to;
-    if (is_absolute) {
-        measure_explain(step,
-                        self->focus_missed ? MEASURE_WHY_FOCUS_CALIBRATED : MEASURE_WHY_FOCUS_KNOWN,
-                        has_depth ? lens.focus_distance_mm : self->distance_mm, 0, 0, 0);
-    } else {
-        const struct sharp_range range = to_be_sharp(self);
-        measure_explain(step, MEASURE_WHY_FOCUS_MIDDLE, range.near_mm, range.far_mm, 0, 0);
-    }
+    measure_explain(step,
+                    self->tries > 0      ? MEASURE_WHY_FOCUS_AGAIN
+                    : self->focus_missed ? MEASURE_WHY_FOCUS_CALIBRATED
+                                         : MEASURE_WHY_FOCUS_KNOWN,
+                    distance_mm, 0, 0, 0);
     return true;
 }

@@ -42,7 +42,6 @@ double measure_centred(const struct measure *self);
 bool measure_has_other(const struct measure *self);
 
 /// Whether the focus is left to the calibration, to save the time of a search.
-bool measure_has_distance(const struct measure *self);
 
 /// Whether a phase is needed, by what is known now.
 bool measure_needs(const struct measure *self, enum measure_phase phase);

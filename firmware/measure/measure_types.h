@@ -71,7 +71,7 @@ enum measure_phase {
     X(IRIS_CLOSED, "f/# is as far as it closes: sharp from # to # mm only")                       \
     X(IRIS_LIGHT, "f/#: closed further, it would be too dark; sharp from # to # mm")              \
     X(FOCUS_NEAR, "expected at # mm")                                                             \
-    X(FOCUS_MIDDLE, "between # and # mm, so that both ends are equally sharp")                    \
+    X(FOCUS_AGAIN, "# mm, nearer to which the lenses did not come to rest")                       \
     X(FOCUS_CALIBRATED, "no focus was found: to # mm by the calibration")                         \
     X(LIGHT_KEEPS_IRIS, "exposure and gain only: the iris is for the depth")                      \
     X(LIGHT_OPENS_IRIS, "too dark at f/#: light before depth")                                    \
@@ -280,6 +280,8 @@ struct measure {
     unsigned tries;                ///< of this phase, after the first one
     unsigned aims;
     bool wide_searched;  ///< the wide view showed no surface, and its focus was searched
+    double focus_wanted[2],
+        focus_off[2];  ///< of the focus on the middle, counts: sum of its errors
     bool focus_missed, iris_opens;
     bool dark;          ///< the light that was set last is far from its target
     bool other_missed;  ///< the pair at another zoom failed

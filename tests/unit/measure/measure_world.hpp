@@ -50,6 +50,7 @@ class World {
     bool surface_shows = true;
     int pairs = 0, pairs_at_aim = 0;
     double zoom[2], focus[2], pan[2] = {0.1, -0.05};  // where they are
+    double focus_error[2] = {3, -2.5};                // of each move of a focus ring, counts
     double commanded_pan[2] = {NAN, NAN};
     double f_number = 12;
     /// Overrides an event.
@@ -131,7 +132,7 @@ class World {
             if (step.kind == MEASURE_STEP_ZOOM) {
                 zoom[side] = to.zoom_counts + normal(random, 1);
             } else if (step.kind == MEASURE_STEP_FOCUS) {
-                focus[side] = to.focus_counts + normal(random, 1);
+                focus[side] = to.focus_counts + focus_error[side] + normal(random, 0.3);
             } else if (step.kind == MEASURE_STEP_AUTOFOCUS) {
                 focus[side] = 300 + 550 * kNearestMm / subject_mm[2];
             } else if (step.kind == MEASURE_STEP_AIM) {
