@@ -14,14 +14,14 @@ struct sharp_range {
     double near_mm, far_mm;
 };
 
-// The depths to be sharp. A table under the subject may reach from before it to far behind:
-// what lies farther behind its middle than half of the width that both see, or comes much nearer
-// than this, must not draw the focus away. Depths that the request states are taken as they are.
+// The depths to be sharp. A table under the subject may reach from before it to far behind, so that
+// they are as far before its middle, in dioptres, as behind it, and there no farther than half of
+// the width that both see. Depths that the request states are taken as they are.
 static struct sharp_range to_be_sharp(const struct measure *self) {
     struct sharp_range range = {self->near_mm, self->far_mm};
     struct zoom_field field;
     double point_mm[3];
-    if (!(self->near_mm < self->middle_mm && self->middle_mm < self->far_mm)) {
+    if (!(self->middle_mm > 0)) {
         return range;
     }
     measure_point(self, point_mm);
@@ -31,8 +31,8 @@ static struct sharp_range to_be_sharp(const struct measure *self) {
     }
     const double middle = 1 / self->middle_mm;
     const double behind = math_max(middle - 1 / range.far_mm, MEASURE_BEHIND_MIN * middle);
-    const double nearest = middle + MEASURE_NEAR_FACTOR * behind;
-    range.near_mm = math_max(self->near_mm, 1 / nearest);
+    range.near_mm = 1 / (middle + behind);
+    range.far_mm = 1 / (middle - behind);
     return range;
 }
 

@@ -140,6 +140,18 @@ static struct layer nearest_layer(const struct depths *depths) {
     return layer;
 }
 
+// The depth of a layer's middle point; points are spread evenly over their bin.
+static int32_t middle_of(const struct depths *depths, const struct layer *layer) {
+    uint32_t rank = layer->points / 2;
+    int bin = layer->first;
+    while (bin < layer->last && rank >= depths->count[bin]) {
+        rank -= depths->count[bin++];
+    }
+    const int64_t width_um = (int64_t)depths->begin_um[bin + 1] - depths->begin_um[bin];
+    return (int32_t)(depths->begin_um[bin] +
+                     width_um * (2 * (int64_t)rank + 1) / (2 * (int64_t)depths->count[bin]));
+}
+
 // The bin in which a layer has its `rank`-th point, from 0.
 static int bin_of_rank(const struct depths *depths, const struct layer *layer, uint32_t rank) {
     int bin = layer->first;
@@ -203,9 +215,7 @@ bool measure_subject_find(const struct triangulate_point *points, uint32_t count
         return false;
     }
     const struct layer around = nearest_layer(&depths);
-    const int middle = bin_of_rank(&depths, &around, around.points / 2);
-    const int32_t middle_um =
-        (int32_t)(((int64_t)depths.begin_um[middle] + depths.begin_um[middle + 1]) / 2);
+    const int32_t middle_um = middle_of(&depths, &around);
     const int64_t half_q20 = (int64_t)request->half_um * (1 << 20) / middle_um;
     begin(&depths);
     for (uint32_t i = 0; i < count; i++) {
@@ -218,7 +228,7 @@ bool measure_subject_find(const struct triangulate_point *points, uint32_t count
         fullest = depths.count[bin] > fullest ? depths.count[bin] : fullest;
     }
     const uint32_t least = fullest / BIN_PART + 1;
-    const struct layer layer = layer_around(&depths, middle, least);
+    const struct layer layer = layer_around(&depths, bin_of(&depths, middle_um), least);
     if (layer.points == 0) {
         return false;
     }

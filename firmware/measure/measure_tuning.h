@@ -26,10 +26,7 @@ enum { MEASURE_AIMS_MAX = 3 };
 #define MEASURE_FOCUS_COUNTS 1.5
 enum { MEASURE_FOCUS_TRIES = 2 };
 
-/// Depths to be sharp end so many times as far before the subject's middle, in dioptres, as they do
-/// behind it. Larger: a table in front draws the focus away.
-#define MEASURE_NEAR_FACTOR 2.5
-/// Least of what counts as behind it, part of its own dioptres.
+/// Least depth to be sharp behind the subject's middle, part of its own dioptres.
 #define MEASURE_BEHIND_MIN 0.02
 
 /// Error of a disparity on texture, px, as the figures of the simulated rig have it: 0.07 (1x) to

@@ -163,19 +163,19 @@ TEST_CASE("the iris makes the subject's depth sharp, or says what keeps it from 
         const measure_step &step = world.last(MEASURE_IRIS);
         const measure_why why = step.reason.why;
         seen[why]++;
-        // Blur at the ends, focused on the middle of their dioptres, by the thin lens. What lies
-        // behind a subject as deep as wide does not count, nor what comes much nearer than that.
+        // Blur at the ends, focused on the subject's middle, by the thin lens. What lies behind a
+        // subject as deep as wide does not count, nor what comes nearer than that.
         const double far_mm = std::min(world.far_mm, world.subject_mm[2] + result.width_mm / 2);
         const double at = 1 / world.subject_mm[2];
         const double behind = std::max(at - 1 / far_mm, MEASURE_BEHIND_MIN * at);
-        const double near_mm = std::max(world.near_mm, 1 / (at + MEASURE_NEAR_FACTOR * behind));
+        const double near_mm = 1 / (at + behind);
         double f_px = 0;
         for (int side = 0; side < 2; side++) {
             const double zoom = world.last(MEASURE_ZOOM).axes.side[side].zoom_counts;
             f_px = std::max(f_px, zoom_rig::camera_at(side, zoom, 300, 0, true).fx);
         }
         const double f_mm = f_px * 0.0032;
-        const double middle = 2 / (1 / near_mm + 1 / far_mm);
+        const double middle = 1 / at;
         const double image = f_mm * middle / (middle - f_mm);
         const double blur_px = f_mm / step.f_number * image * (1 / near_mm - 1 / middle) / 0.0032;
         CHECK((step.f_number >= 1.6 && step.f_number <= 16));
@@ -190,14 +190,14 @@ TEST_CASE("the iris makes the subject's depth sharp, or says what keeps it from 
     CHECK(seen[MEASURE_WHY_IRIS_LIGHT] > 5);
 }
 
-TEST_CASE("the focus ends on the middle of the subject's dioptres, not of what lies behind it") {
+TEST_CASE("the focus ends on the subject's middle, not between a table's ends") {
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
     for (const bool steady : {true, false}) {
         World world(seed);
         world.drift_counts = 0.3;
         world.subject_mm[2] = 1650;
-        world.near_mm = 1600;
+        world.near_mm = 1300;
         world.far_mm = 2600;
         for (double &off : world.focus_error) {
             off *= steady ? 1 : 0;
@@ -209,8 +209,7 @@ TEST_CASE("the focus ends on the middle of the subject's dioptres, not of what l
         CHECK(world.last(MEASURE_MIDDLE).reason.why ==
               (steady ? MEASURE_WHY_FOCUS_AGAIN : MEASURE_WHY_FOCUS_KNOWN));
         for (int side = 0; side < 2; side++) {
-            // As deep as the 300 mm that both see.
-            const double wanted = 300 + 550 * kNearestMm * (1 / 1600.0 + 1 / 1800.0) / 2;
+            const double wanted = 300 + 550 * kNearestMm / world.subject_mm[2];
             CHECK(std::fabs(world.focus[side] - wanted) < 3);
         }
     }
