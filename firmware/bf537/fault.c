@@ -210,8 +210,7 @@ const char *bf537_fault_last(void) {
         retained.reason[sizeof retained.reason - 1] = '\0';
         command_text_add(&text, retained.reason);
     } else {
-        command_text_add(&text, bf537_watchdog_has_restarted() ? "the watchdog: the program stopped"
-                                                               : "power on or reset");
+        command_text_add(&text, bf537_watchdog_restart_text());
     }
     retained.magic = 0;
     return last_reason;

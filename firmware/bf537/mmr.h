@@ -11,7 +11,7 @@
 
 // Clocks and reset
 #define SWRST MMR16(0xFFC00100)
-enum { SWRST_WATCHDOG = 1 << 14 };
+enum { SWRST_BY_DOUBLE_FAULT = 1 << 3, SWRST_DOUBLE_FAULT = 1 << 13, SWRST_WATCHDOG = 1 << 14 };
 
 // System interrupt controller
 #define SIC_IMASK MMR32(0xFFC0010C)

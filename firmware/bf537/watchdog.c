@@ -18,11 +18,17 @@ static void arm(uint32_t after_us) {
 }
 
 void bf537_watchdog_start(void) {
+    SWRST = SWRST_BY_DOUBLE_FAULT;
     arm(PERIOD_US);
 }
 
-bool bf537_watchdog_has_restarted(void) {
-    return (SWRST & SWRST_WATCHDOG) != 0;
+const char *bf537_watchdog_restart_text(void) {
+    const uint16_t causes = SWRST;
+    if ((causes & SWRST_DOUBLE_FAULT) != 0) {
+        return "a fault while another one was reported";
+    }
+    return (causes & SWRST_WATCHDOG) != 0 ? "the watchdog: the program stopped"
+                                          : "power on or reset";
 }
 
 _Noreturn void bf537_watchdog_restart(void) {

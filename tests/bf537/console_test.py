@@ -40,10 +40,11 @@ class Board:
         environment = {**os.environ}
         if rig is not None:
             address = pathlib.Path(self.folder.name, "rig.sock")
-            self.rig = subprocess.Popen([os.environ["SIMRIG"], *rig, "--listen", f"unix:{address}"],
+            self.address = f"unix:{address}"
+            self.rig = subprocess.Popen([os.environ["SIMRIG"], *rig, "--listen", self.address],
                                         stdout=subprocess.DEVNULL)
             wait_until(address.exists, "the simulated rig listens")
-            environment["VERGENCE_SIMRIG"] = f"unix:{address}"
+            environment["VERGENCE_SIMRIG"] = self.address
         self.line, far = pty.openpty()
         tty.setraw(far)
         self.far, self.name, self.text = far, os.ttyname(far), ""
@@ -69,6 +70,9 @@ class Board:
         wait_until(complete, lambda: f"the console does not answer: {self.text!r}")
         found, self.text = self.text, ""
         return found
+
+    def write(self, data):
+        os.write(self.far, data)
 
     def wait_prompt(self):
         return self.read_until(lambda text: text.endswith(PROMPT))

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What ends the firmware is reported with its reason, registers and calls, which name where it was."""
+import pathlib
+import re
+import unittest
+
+import console_test
+from console_test import Board, output_of
+from waiting import wait_until
+
+setUpModule = console_test.setUpModule
+# By the key that tests/bf537/faults.c takes: reason, and the function that was running.
+FAULTS = {
+    b"u": ("undefined instruction at", "provoke_undefined_instruction"),
+    b"m": ("misaligned access to data at", "provoke_misaligned_access"),
+    b"i": (r"internal error at faults\.c:\d+: value == 0", None),
+    b"s": ("the stack ran over its end", None),
+}
+
+
+class Fault(unittest.TestCase):
+    def report(self, key):
+        program = Board.image.with_name("bf537-faults.elf")
+        board = Board(image=program)
+        self.addCleanup(board.close)
+        board.read_until(lambda text: text.endswith("started: power on or reset\n"))
+        board.write(key)
+        report = board.read_until(lambda text: "then shows this reason\n" in text)
+        tools = pathlib.Path(output_of(console_test.ROOT / "tools/bfin-toolchain", "--where"), "bin")
+        places = re.findall(r"retx=(0x\w+)", report) + re.findall(r"=(0x\w+)", report.partition("calls:")[2])
+        named = output_of(tools / "bfin-elf-addr2line", "-f", "-e", program, *places) if places else ""
+        return report, named
+
+    def test_each_is_reported_with_its_place(self):
+        for key, (reason, function) in FAULTS.items():
+            with self.subTest(reason):
+                report, named = self.report(key)
+                self.assertRegex(report, rf"\nfault: {reason}")
+                if function is not None:
+                    self.assertRegex(report, r"(?s)r0=0x\w{8}.* seqstat=0x\w{8}")
+                    self.assertIn(function, named)
+                    # What called it.
+                    self.assertIn("bf537_main", named)
+
+
+class Rig(unittest.TestCase):
+    FAULTS = (("camera left silent", "camera left ok", "autoexpose", "ERR TIMEOUT left camera: no pixel clock"),
+              ("bus sda", "bus ok", "pan 5", "ERR I2C_ARBITRATION left servo"))
+
+    def control(self, command):
+        return output_of(console_test.ROOT / "tools/simrig/control", self.board.address, command)
+
+    def time_s(self):
+        return float(re.search(r"time_s: ([\d.]+)", self.control("status"))[1])
+
+    def test_a_part_that_fails_leaves_servos_safe_and_a_console_that_answers(self):
+        self.board = Board(("--scene", "plane"))
+        self.addCleanup(self.board.close)
+        self.board.wait_prompt()
+        for fault, end, command, reason in self.FAULTS:
+            with self.subTest(fault):
+                self.assertIn("OK", self.board.type("bringup"))
+                self.assertIn("OK", self.board.type("pan 3"))
+                self.assertIn("pan_driven: true", self.control("status"))
+                self.control(f"fault {fault}")
+                self.assertIn(reason, self.board.type(command))
+                failed_s = self.time_s()
+                self.assertIn("state: safe", self.board.type("status"))
+                self.assertLess(self.time_s() - failed_s, 2)
+                # Without pulses on the bridge's pins for a moment a servo lets go.
+                wait_until(lambda: "pan_driven: true" not in self.control("status"), "the servos are let go")
+                self.control(f"fault {end}")
+
+
+if __name__ == "__main__":
+    unittest.main()
