@@ -122,8 +122,9 @@ class FocusCurve(BadInputTest):
         for answer in found.values():
             self.assertEqual(answer["verdict"], "two peaks")
             self.assertIn("prefer=near or prefer=far", answer["advice"])
-        self.assertGreater(found["near"]["position"], found["far"]["position"] + 10)
-        self.assertLess(abs(found["near"]["other_peak"] - found["far"]["peak"]), 6)
+        # They are 49 counts apart; the other peak is that of the sweep, which a moving ring passes with its play.
+        self.assertGreater(found["near"]["position"], found["far"]["position"] + 30)
+        self.assertLess(abs(found["near"]["other_peak"] - found["far"]["peak"]), 10)
 
 
 if __name__ == "__main__":
