@@ -11,10 +11,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/base64.h"
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/base64.h"
 #include "daemon/base/message.h"
 #include "daemon/client/remote.h"
 #include "daemon/files/atomic_file.h"

@@ -13,10 +13,10 @@
 #include <unistd.h>
 
 #include "console/command.h"
+#include "core/base64.h"
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/base64.h"
 #include "daemon/base/message.h"
 #include "daemon/client/remote.h"
 #include "daemon/files/file_io.h"

@@ -90,9 +90,6 @@ int commands_view_ray(const struct command_call *call, const struct zoom_calibra
 /// Progress and cancellation of a TFTP transfer, as those of the call, which must outlive it.
 struct tftp_observer commands_observe_transfer(struct command_call *call);
 
-/// Adds what `capture` reports of a pair to its answer.
-void pair_reply_put(const struct command_call *call, const struct captured_pair *captured);
-
 /// Checks, before there is any data, that a session of this name can be started; nothing if it is
 /// not given. 0, or an error with the call's message. The rig's thread only.
 int commands_session_check_name(const struct command_call *call, const struct command_value *name);

@@ -7,12 +7,12 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "console/pair/calibration_reply.h"
+#include "console/pair/capture.h"
 #include "core/crc.h"
-#include "daemon/commands/calibration_reply.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/session/calibration_at.h"
-#include "daemon/session/capture.h"
 #include "daemon/surface/length_check.h"
 #include "stereo/geometry/calibration.h"
 #include "stereo/zoom/adjust_pair.h"

@@ -2,7 +2,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <inttypes.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,8 +10,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "core/base64.h"
 #include "core/crc.h"
-#include "daemon/base/base64.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/commands/space_check.h"
@@ -151,12 +150,6 @@ int files_sum(const struct command_call *call, const char *name, int fd, uint64_
     }
 }
 
-bool files_parse_crc(const char *text, uint32_t *crc) {
-    *crc = (uint32_t)strtoul(text, NULL, 16);
-    return strlen(text) == FILES_CRC_DIGITS &&
-           strspn(text, "0123456789ABCDEFabcdef") == FILES_CRC_DIGITS;
-}
-
 int files_open_below(int root, const char *name) {
     return name[0] == '\0' ? openat(root, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC)
                            : open_below(root, name, O_RDONLY | O_DIRECTORY);
@@ -273,19 +266,16 @@ static void put_entry(const struct command_call *call, int directory, const char
         return;
     }
     if (S_ISDIR(about.st_mode) || S_ISREG(about.st_mode)) {
-        reply_group_begin(call, NULL, false);
-        reply_text(call, S_ISDIR(about.st_mode) ? "directory" : "file", name);
-        if (S_ISREG(about.st_mode)) {
-            reply_number(call, "size", (double)about.st_size, 0, "bytes");
-        }
-        reply_group_end(call);
+        file_blocks_reply_entry(call, name, S_ISDIR(about.st_mode), (uint64_t)about.st_size);
     }
 }
 
 static int run_files(const struct command_call *call) {
-    const char *after = call->values[1].given ? call->values[1].text : "";
+    const struct command_value *values = call->values;
+    const char *after = values[FILES_AFTER].given ? values[FILES_AFTER].text : "";
     char **names = NULL;
-    const int fd = files_open_directory(call, call->values[0].given ? call->values[0].text : "");
+    const int fd = files_open_directory(
+        call, values[FILES_DIRECTORY].given ? values[FILES_DIRECTORY].text : "");
     if (fd < 0) {
         return fd;
     }
@@ -317,93 +307,48 @@ static int run_files(const struct command_call *call) {
     return 0;
 }
 
-static void put_crc(const struct command_call *call, uint32_t crc) {
-    char text[9];
-    snprintf(text, sizeof text, "%08" PRIX32, crc);
-    reply_text(call, "crc", text);
-}
-
 /// Reports length and CRC-32 of the whole file.
 static int describe(const struct command_call *call, int fd) {
     uint64_t size = 0;
     uint32_t crc = 0;
-    const int error = files_sum(call, call->values[0].text, fd, &size, &crc);
+    const int error = files_sum(call, call->values[FETCH_NAME].text, fd, &size, &crc);
     if (error == ERROR_OK) {
-        reply_number(call, "size", (double)size, 0, "bytes");
-        put_crc(call, crc);
+        file_blocks_reply_file(call, size, crc);
     }
     return error;
 }
 
 static int send_block(const struct command_call *call, int fd) {
-    const int64_t offset = call->values[1].integer;
-    const size_t max =
-        call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_DEFAULT;
+    const struct command_value *most = &call->values[FETCH_BYTES];
+    const size_t max = most->given ? (size_t)most->integer : FILE_BLOCKS_DEFAULT;
     char *data = malloc(max + BASE64_TEXT_BYTES(max));
     if (data == NULL) {
         return command_fail(call, ERROR_MEMORY, "out of memory");
     }
     char *text = data + max;
-    const ssize_t bytes = pread(fd, data, max, offset);
+    const ssize_t bytes = pread(fd, data, max, call->values[FETCH_OFFSET].integer);
     if (bytes < 0) {
         free(data);
-        return command_fail(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
+        return command_fail(call, ERROR_IO, "%s: %s", call->values[FETCH_NAME].text,
+                            strerror(errno));
     }
-    reply_number(call, "offset", (double)offset, 0, "bytes");
-    reply_number(call, "bytes", (double)bytes, 0, NULL);
-    put_crc(call, crc_update(0, data, (size_t)bytes));
-    base64_encode(data, (size_t)bytes, text);
-    reply_text(call, "data", text);
+    file_blocks_reply_block(call, data, (size_t)bytes, text);
     free(data);
     return ERROR_OK;
 }
 
 static int run_fetch(const struct command_call *call) {
-    const int fd = files_open(call, call->values[0].text);
+    const int fd = files_open(call, call->values[FETCH_NAME].text);
     if (fd < 0) {
         return fd;
     }
-    const int error = call->values[1].given ? send_block(call, fd) : describe(call, fd);
+    const int error = call->values[FETCH_OFFSET].given ? send_block(call, fd) : describe(call, fd);
     close(fd);
     return error;
 }
 
-static const struct command_argument files_arguments[] = {
-    {.name = "DIRECTORY",
-     .kind = COMMAND_TEXT,
-     .min = 1,
-     .max = FILES_NAME_MAX,
-     .optional = true,
-     .help = "a directory in \"files\"; default: \"files\" itself",
-     .candidates = files_candidates_directory},
-    {.name = "after",
-     .kind = COMMAND_TEXT,
-     .value_name = "NAME",
-     .min = 1,
-     .max = FILES_NAME_MAX,
-     .help = "list only names after this one"},
-};
-
-static const struct command_argument fetch_arguments[] = {
-    {.name = "NAME",
-     .kind = COMMAND_TEXT,
-     .min = 1,
-     .max = FILES_NAME_MAX,
-     .help = "path of the file below \"files\"",
-     .candidates = files_candidates_file},
-    {.name = "offset",
-     .kind = COMMAND_INTEGER,
-     .unit = "bytes",
-     .min = 0,
-     .max = 1e15,
-     .help = "start of the block; default: report length and CRC-32 of the whole file"},
-    {.name = "bytes",
-     .kind = COMMAND_INTEGER,
-     .unit = "bytes",
-     .min = 1,
-     .max = FILES_BLOCK_MAX,
-     .help = "maximum size of the block; default: 3072"},
-};
+static struct command_argument files_arguments[FILES_ARGUMENTS];
+static struct command_argument fetch_arguments[FETCH_ARGUMENTS];
 
 static const struct command commands[] = {
     {.name = "files",
@@ -412,19 +357,23 @@ static const struct command commands[] = {
          "Sessions and other results in the directory \"files\", in the order of names, at most "
          "500.",
      .arguments = files_arguments,
-     .argument_count = 2,
+     .argument_count = FILES_ARGUMENTS,
      .flags = COMMAND_NO_RIG | COMMAND_GROUP_FILES | COMMAND_DAILY,
      .run = run_files},
     {.name = "fetch",
      .summary = "read a block of a file (vergence --connect fetches whole files)",
      .help = "The data is in Base64, with its CRC-32 (as in zlib).",
      .arguments = fetch_arguments,
-     .argument_count = 3,
+     .argument_count = FETCH_ARGUMENTS,
      .flags = COMMAND_NO_RIG | COMMAND_GROUP_FILES,
      .run = run_fetch},
 };
 
 const struct command *commands_files_table(size_t *count) {
+    memcpy(files_arguments, file_blocks_files_arguments, sizeof files_arguments);
+    memcpy(fetch_arguments, file_blocks_fetch_arguments, sizeof fetch_arguments);
+    files_arguments[FILES_DIRECTORY].candidates = files_candidates_directory;
+    fetch_arguments[FETCH_NAME].candidates = files_candidates_file;
     *count = sizeof commands / sizeof commands[0];
     return commands;
 }

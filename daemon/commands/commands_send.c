@@ -13,8 +13,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "core/base64.h"
 #include "core/crc.h"
-#include "daemon/base/base64.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/commands/space_check.h"
@@ -24,14 +24,7 @@
 /// Ending of the hidden files, by which abandoned ones are found.
 #define PART_END ".send"
 
-enum {
-    NAME_MAX_CHARACTERS = 60,
-    SEND_MAX = 16 * 1024 * 1024,
-    TEXT_MAX = 400,  ///< length of a block's Base64, so that the command fits into a line
-    ABANDONED_AFTER_S = 24 * 3600,
-};
-
-enum { NAME, SIZE, CRC, OFFSET, BLOCK_CRC, DATA };
+enum { ABANDONED_AFTER_S = 24 * 3600 };
 
 /// One command: the file that it identifies, and how much of that was received.
 struct receipt {
@@ -39,8 +32,8 @@ struct receipt {
     int root;
     const char *name;
     int64_t size;
-    uint32_t crc;
-    char part[NAME_MAX_CHARACTERS + 48];
+    struct file_blocks_sent sent;
+    char part[FILE_BLOCKS_SENT_NAME_MAX + 48];
     int fd;  ///< descriptor of the hidden file
     int64_t have;
 };
@@ -48,15 +41,12 @@ struct receipt {
 static int take_arguments(struct receipt *self) {
     const struct command_value *values = self->call->values;
     struct stat about;
-    self->name = values[NAME].text;
-    self->size = values[SIZE].integer;
+    self->name = values[SEND_NAME].text;
+    self->size = values[SEND_SIZE].integer;
     int error = files_need_directory(self->call);
     error = error != ERROR_OK ? error : files_check_plain(self->call, self->name);
     if (error != ERROR_OK) {
         return error;
-    }
-    if (!files_parse_crc(values[CRC].text, &self->crc)) {
-        return command_fail(self->call, ERROR_SYNTAX, "send: CRC: not eight hexadecimal digits");
     }
     self->root = daemon_of(self->call)->files_fd;
     if (fstatat(self->root, self->name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
@@ -65,7 +55,7 @@ static int take_arguments(struct receipt *self) {
                             "%s: exists and is not a regular file: use another name", self->name);
     }
     const int length = snprintf(self->part, sizeof self->part, ".%s.%" PRId64 "-%08" PRIX32 "%s",
-                                self->name, self->size, self->crc, PART_END);
+                                self->name, self->size, self->sent.crc, PART_END);
     INVARIANT(length > 0 && (size_t)length < sizeof self->part);
     return ERROR_OK;
 }
@@ -81,8 +71,8 @@ static bool is_part(const void *listing, const char *name) {
     }
     return dot != NULL && name[0] == '.' && dot > name + 1 && dash > dot + 1 &&
            strspn(dot + 1, digits) == (size_t)(dash - dot - 1) &&
-           strspn(dash + 1, digits) == FILES_CRC_DIGITS &&
-           strcmp(dash + 1 + FILES_CRC_DIGITS, PART_END) == 0;
+           strspn(dash + 1, digits) == FILE_BLOCKS_CRC_DIGITS &&
+           strcmp(dash + 1 + FILE_BLOCKS_CRC_DIGITS, PART_END) == 0;
 }
 
 /// Removes hidden files that were not written to for ABANDONED_AFTER_S.
@@ -114,14 +104,13 @@ static int compare(const struct receipt *self, int fd, bool *same) {
         return ERROR_OK;
     }
     const int error = files_sum(self->call, self->name, fd, &size, &crc);
-    *same = error == ERROR_OK && (int64_t)size == self->size && crc == self->crc;
+    *same = error == ERROR_OK && (int64_t)size == self->size && crc == self->sent.crc;
     return error;
 }
 
 static int answer(const struct receipt *self, bool whole) {
     INVARIANT(!whole || self->have == self->size);
-    reply_number(self->call, "have", (double)self->have, 0, "bytes");
-    reply_text(self->call, "whole", whole ? "yes" : "no");
+    file_blocks_reply_sent(self->call, (uint64_t)self->have, whole);
     return 0;
 }
 
@@ -200,18 +189,6 @@ static int write_block(struct receipt *self, int64_t offset, const uint8_t *data
     return 0;
 }
 
-/// Decodes the command's block. Its size, or ERROR_CRC with the call's message.
-static long decode_block(const struct receipt *self, uint8_t data[TEXT_MAX]) {
-    const struct command_value *values = self->call->values;
-    uint32_t crc = 0;
-    const long bytes = base64_decode(values[DATA].text, data, TEXT_MAX);
-    if (bytes < 0 || !files_parse_crc(values[BLOCK_CRC].text, &crc) ||
-        crc_update(0, data, (size_t)bytes) != crc) {
-        return command_fail(self->call, ERROR_CRC, "wrong CRC-32 of the block: send it again");
-    }
-    return bytes;
-}
-
 /// Answers a block whose hidden file cannot be opened: the file is complete, or was not announced.
 /// `number`: errno of the attempt.
 static int answer_unannounced(struct receipt *self, int number) {
@@ -226,13 +203,9 @@ static int answer_unannounced(struct receipt *self, int number) {
 
 /// A block may come more than once, as its sender cannot know which answers were lost.
 static int take_block(struct receipt *self) {
-    const int64_t offset = self->call->values[OFFSET].integer;
-    uint8_t data[TEXT_MAX];
+    const int64_t offset = self->call->values[SEND_OFFSET].integer;
+    const int64_t bytes = (int64_t)self->sent.bytes;
     struct stat about;
-    const long bytes = decode_block(self, data);
-    if (bytes < 0) {
-        return (int)bytes;
-    }
     self->fd = openat(self->root, self->part, O_RDWR | O_NOFOLLOW | O_CLOEXEC);
     if (self->fd < 0) {
         return answer_unannounced(self, errno);
@@ -247,7 +220,7 @@ static int take_block(struct receipt *self) {
                             " (received: %" PRId64 " of %" PRId64 ")",
                             self->name, offset, offset + bytes, self->have, self->size);
     }
-    const int error = write_block(self, offset, data, (size_t)bytes);
+    const int error = write_block(self, offset, self->sent.data, self->sent.bytes);
     if (error != ERROR_OK) {
         return error;
     }
@@ -256,14 +229,10 @@ static int take_block(struct receipt *self) {
 
 static int run_send(const struct command_call *call) {
     struct receipt receipt = {.call = call, .root = -1, .fd = -1};
-    const bool block = call->values[OFFSET].given;
-    if (call->values[BLOCK_CRC].given != block || call->values[DATA].given != block) {
-        return command_fail(call, ERROR_MISSING,
-                            "send: a block needs offset=, block-crc= and data= together");
-    }
-    int error = take_arguments(&receipt);
+    int error = file_blocks_take_sent(call, &receipt.sent);
+    error = error != ERROR_OK ? error : take_arguments(&receipt);
     if (error == ERROR_OK) {
-        error = block ? take_block(&receipt) : announce(&receipt);
+        error = receipt.sent.is_block ? take_block(&receipt) : announce(&receipt);
     }
     if (receipt.fd >= 0) {
         close(receipt.fd);
@@ -271,50 +240,13 @@ static int run_send(const struct command_call *call) {
     return error;
 }
 
-static const struct command_argument send_arguments[] = {
-    {.name = "NAME",
-     .kind = COMMAND_TEXT,
-     .min = 1,
-     .max = NAME_MAX_CHARACTERS,
-     .help = "name of the file on the instrument, without /; an existing file is replaced"},
-    {.name = "SIZE",
-     .kind = COMMAND_INTEGER,
-     .unit = "bytes",
-     .min = 0,
-     .max = SEND_MAX,
-     .help = "size of the whole file"},
-    {.name = "CRC",
-     .kind = COMMAND_TEXT,
-     .min = FILES_CRC_DIGITS,
-     .max = FILES_CRC_DIGITS,
-     .help = "CRC-32 of the whole file, eight hexadecimal digits"},
-    {.name = "offset",
-     .kind = COMMAND_INTEGER,
-     .unit = "bytes",
-     .min = 0,
-     .max = SEND_MAX,
-     .help = "start of the block; default: report how much was received"},
-    {.name = "block-crc",
-     .value_name = "CRC",
-     .kind = COMMAND_TEXT,
-     .min = FILES_CRC_DIGITS,
-     .max = FILES_CRC_DIGITS,
-     .help = "CRC-32 of the block, eight hexadecimal digits"},
-    {.name = "data",
-     .value_name = "BASE64",
-     .kind = COMMAND_TEXT,
-     .min = 4,
-     .max = TEXT_MAX,
-     .help = "the block in Base64"},
-};
-
 static const struct command commands[] = {
     {.name = "send",
      .summary = "receive a block of a file (vergence --connect sends whole files)",
      .help = "The file appears once it is complete and its CRC-32 (as in zlib) is correct. An "
              "incomplete one is kept for a day, to be continued.",
-     .arguments = send_arguments,
-     .argument_count = 6,
+     .arguments = file_blocks_send_arguments,
+     .argument_count = SEND_ARGUMENTS,
      .flags = COMMAND_NO_RIG | COMMAND_GROUP_FILES,
      .run = run_send},
 };

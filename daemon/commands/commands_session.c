@@ -6,12 +6,12 @@
 #include <string.h>
 #include <time.h>
 
+#include "console/pair/capture.h"
 #include "daemon/base/process.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/commands/space_check.h"
 #include "daemon/session/calibration_at.h"
-#include "daemon/session/capture.h"
 #include "daemon/session/session_write.h"
 #include "daemon/settings/saved_lens.h"
 #include "rig/pair.h"
@@ -186,7 +186,7 @@ static void write_pair(void *cookie) {
 
 /// The command that took the pair, as far as it is of interest in its own session.
 static void write_command(const struct command_call *call, char text[COMMAND_TEXT_BYTES]) {
-    const struct pair_options options = capture_options(call->values);
+    const struct pair_options options = capture_options(call->values, NULL);
     const unsigned frames = options.average != 0 ? options.average : options.bracket;
     const int length =
         snprintf(text, COMMAND_TEXT_BYTES, "capture%s",
@@ -280,7 +280,10 @@ static int take_pair(const struct command_call *call, const struct pair_options 
         pair_release(captured->pair.frame);
         return error;
     }
-    pair_reply_put(call, captured);
+    if (captured->in_session) {
+        reply_text(call, "session", captured->name);
+    }
+    capture_reply(call, &captured->pair);
     *kept = true;
     last_pair_set(&daemon_of(call)->last_pair, captured);
     return mismatch;
@@ -288,7 +291,8 @@ static int take_pair(const struct command_call *call, const struct pair_options 
 
 static int run_capture(const struct command_call *call) {
     struct session *session = &daemon_of(call)->session;
-    const struct pair_options options = capture_options(call->values);
+    static const struct pair_memory memory = {malloc, free};
+    const struct pair_options options = capture_options(call->values, &memory);
     const bool named = call->values[CAPTURE_NAME].given;
     if (session->recording && named) {
         return command_fail(call, ERROR_ARGUMENT,

@@ -5,13 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "daemon/base/base64.h"
+#include "console/pair/calibration_fit.h"
+#include "console/pair/capture.h"
+#include "core/base64.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/commands/space_check.h"
 #include "daemon/images/picture.h"
 #include "daemon/images/picture_marks.h"
-#include "daemon/session/capture.h"
 #include "daemon/surface/reconstruct_session.h"
 
 /// One call, and its job for the disk writer.
@@ -208,7 +209,7 @@ static bool fit_lens(const struct view *self, unsigned side, struct lens *lens) 
                lens->height_px != MT9T001_HEIGHT_PX) {
         return false;
     }
-    *lens = reconstruct_session_cut(lens, &window, image->width_px, image->height_px);
+    *lens = calibration_fit_lens(lens, &window, image->width_px, image->height_px);
     *lens = reconstruct_session_shrink(lens, shrink_of(self));
     return true;
 }

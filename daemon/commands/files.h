@@ -9,14 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "console/command.h"
-
-enum {
-    FILES_NAME_MAX = 200,
-    FILES_BLOCK_MAX = 49152,
-    FILES_BLOCK_DEFAULT = 3072,
-    FILES_CRC_DIGITS = 8
-};
+#include "console/line/file_blocks.h"
 
 /// Opens a regular file for reading. Returns its descriptor, which the caller closes, or an error
 /// with the call's message.
@@ -25,9 +18,6 @@ int files_open(const struct command_call *call, const char *name);
 /// Reads a whole file: its length and CRC-32. 0; ERROR_CANCELLED; ERROR_IO with the call's message.
 int files_sum(const struct command_call *call, const char *name, int fd, uint64_t *size,
               uint32_t *crc);
-
-/// Parses eight hexadecimal digits. False: something else.
-bool files_parse_crc(const char *text, uint32_t *crc);
 
 /// Opens a directory below `root`; "": `root`. Returns its descriptor, which the caller closes, or
 /// -1 with errno.

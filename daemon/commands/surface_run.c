@@ -7,8 +7,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "console/pair/capture.h"
 #include "daemon/commands/commands.h"
-#include "daemon/session/capture.h"
 
 static void load_saved(struct surface_run *self) {
     const struct hal_store *store = self->daemon->store;

@@ -94,7 +94,7 @@ int calibration_at_axes(const struct calibration_match_state *axes, struct zoom_
                 return message_set(
                     message, ERROR_MISMATCH,
                     "%s %s is unknown%s: the calibration of all zooms cannot be used",
-                    rig_side_names[side], calibration_match_axis_name(needed[i]),
+                    rig_side_names[side], calibration_reply_axis_name(needed[i]),
                     needed[i] == CALIBRATION_PAN ? " (not set since bring-up: run \"pan\")" : "");
             }
         }
@@ -123,9 +123,9 @@ static int refuse_state(const struct zoom_calibration *zoom, const struct zoom_s
     const int axis = pan ? CALIBRATION_PAN : focus ? CALIBRATION_FOCUS : CALIBRATION_ZOOM;
     return message_set(message, ERROR_MISMATCH,
                        "%s %s is at %.*f %s, outside the calibrated %.*f to %.*f %s%s",
-                       rig_side_names[side], calibration_match_axis_name(axis), pan ? 3 : 1,
-                       at / unit, calibration_match_axis_unit(axis), pan ? 3 : 1, range->min / unit,
-                       pan ? 3 : 1, range->max / unit, calibration_match_axis_unit(axis), advice);
+                       rig_side_names[side], calibration_reply_axis_name(axis), pan ? 3 : 1,
+                       at / unit, calibration_reply_axis_unit(axis), pan ? 3 : 1, range->min / unit,
+                       pan ? 3 : 1, range->max / unit, calibration_reply_axis_unit(axis), advice);
 }
 
 int calibration_at_state(const struct zoom_calibration *zoom, const struct zoom_state *state,

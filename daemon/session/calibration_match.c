@@ -15,19 +15,6 @@ static const double share_per_ppm = 1e-6;
 /// Tolerance for the decimals of the text: a value exactly at the limit passes.
 static const double rounding = 2e-3;
 
-static const char *const axis_names[CALIBRATION_AXES] = {"pan", "zoom", "focus", "iris"};
-static const char *const axis_units[CALIBRATION_AXES] = {"deg", "counts", "counts", "counts"};
-
-const char *calibration_match_axis_name(int axis) {
-    INVARIANT(axis >= 0 && axis < CALIBRATION_AXES);
-    return axis_names[axis];
-}
-
-const char *calibration_match_axis_unit(int axis) {
-    INVARIANT(axis >= 0 && axis < CALIBRATION_AXES);
-    return axis_units[axis];
-}
-
 static double limit_of(const struct session_instrument *instrument, int axis) {
     return axis == CALIBRATION_PAN
                ? instrument->pan_repeatability_urad / urad_per_rad * MATH_DEGREE_PER_RAD
@@ -220,8 +207,9 @@ static int match_axis(const struct calibration_axis *then, const struct calibrat
                       const char *accept, struct message *message) {
     const double limit = limit_of(instrument, axis);
     const bool apart = calibration_match_is_apart(instrument, axis, then->mean, here->mean);
-    const char *const side_name = rig_side_names[side], *const name = axis_names[axis];
-    const char *const unit = axis_units[axis];
+    const char *const side_name = rig_side_names[side], *const name =
+                                                            calibration_reply_axis_name(axis);
+    const char *const unit = calibration_reply_axis_unit(axis);
     const int decimals = axis == CALIBRATION_PAN ? 3 : 1;
     const bool unset = is_unset(here, side, axis, instrument);
     char advice[96];

@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 
+#include "console/pair/calibration_reply.h"
 #include "daemon/base/message.h"
 #include "daemon/session/session.h"
 #include "rig/base/profile.h"
@@ -22,10 +23,6 @@ struct calibration_match_state {
     int width_px[RIG_SIDES], height_px[RIG_SIDES];  // size of the frames
     struct session_instrument instrument;           // how far each axis repeats
 };
-
-/// Name and unit of an axis (enum calibration_axis_name). Static storage.
-const char *calibration_match_axis_name(int axis);
-const char *calibration_match_axis_unit(int axis);
 
 /// Whether two positions of an axis, in its unit, differ by more than its repeatability.
 bool calibration_match_is_apart(const struct session_instrument *instrument, int axis, double one,

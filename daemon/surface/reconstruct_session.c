@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "console/pair/calibration_fit.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/session/calibration_at.h"
@@ -77,23 +78,6 @@ static int read_calibration(struct reconstruct_session *self,
     return ERROR_OK;
 }
 
-struct lens reconstruct_session_cut(const struct lens *lens, const struct pair_window *window,
-                                    int width_px, int height_px) {
-    INVARIANT(window->skip >= 1);
-    // Pixel u of the frame is at column + skip u of the sensor if u is even, and skip - 1 before
-    // that if it is odd; their mean is (skip - 1) / 2 before.
-    const double skip = window->skip;
-    const double middle = (skip - 1) / 2;
-    struct lens cut = *lens;
-    cut.width_px = width_px;
-    cut.height_px = height_px;
-    cut.fx_px = lens->fx_px / skip;
-    cut.fy_px = lens->fy_px / skip;
-    cut.cx_px = (lens->cx_px - window->column_px + middle) / skip;
-    cut.cy_px = (lens->cy_px - window->row_px + middle) / skip;
-    return cut;
-}
-
 struct lens reconstruct_session_shrink(const struct lens *lens, int shrink) {
     struct lens small = *lens;
     INVARIANT(shrink >= 1);
@@ -106,10 +90,6 @@ struct lens reconstruct_session_shrink(const struct lens *lens, int shrink) {
     return small;
 }
 
-static bool is_for(const struct lens *lens, int width_px, int height_px) {
-    return lens->width_px == width_px && lens->height_px == height_px;
-}
-
 static bool is_part(const struct pair_frame *frame) {
     return frame->window.skip != 0 && (frame->image.width_px != MT9T001_WIDTH_PX ||
                                        frame->image.height_px != MT9T001_HEIGHT_PX);
@@ -119,23 +99,16 @@ static bool is_part(const struct pair_frame *frame) {
 static void cut_side(struct reconstruct_session *self, int side, struct calibration *calibration,
                      struct reconstruct_context *context) {
     const struct pair_frame *frame = &self->pair.pair.frame[side];
-    struct lens *lens = side == RIG_LEFT ? &calibration->left : &calibration->right;
-    struct calibration_window *window = &calibration->origin.side[side].window;
-    if (is_for(lens, frame->image.width_px, frame->image.height_px)) {
-        if (window->skip == 0) {  // else match has checked it
-            reconstruct_context_warn(context,
-                                     "%s is for %dx%d pixels, the size of the %s frame: it is "
-                                     "assumed to be for the same part of the sensor",
-                                     self->calibration_name, frame->image.width_px,
-                                     frame->image.height_px, side == RIG_LEFT ? "left" : "right");
-        }
-    } else if (is_for(lens, MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX)) {
-        *lens = reconstruct_session_cut(lens, &frame->window, frame->image.width_px,
-                                        frame->image.height_px);
-        *window = (struct calibration_window){frame->window.column_px, frame->window.row_px,
-                                              frame->window.skip};
-        self->cut = true;
+    const enum calibration_fit fit = calibration_fit_side(calibration, side, frame);
+    // Else match has checked it.
+    if (fit == CALIBRATION_FITS && calibration->origin.side[side].window.skip == 0) {
+        reconstruct_context_warn(context,
+                                 "%s is for %dx%d pixels, the size of the %s frame: it is "
+                                 "assumed to be for the same part of the sensor",
+                                 self->calibration_name, frame->image.width_px,
+                                 frame->image.height_px, rig_side_names[side]);
     }
+    self->cut |= fit == CALIBRATION_CUT;
 }
 
 /// Fits the calibration to the frames as they were taken.

@@ -62,11 +62,6 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
                              struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                              struct message *message);
 
-/// Cuts the lens of a whole sensor to a window of it. Pixels are read in pairs (a colour sensor's),
-/// so with a skip the frame's pixels are not evenly spaced; the mean position of the two is used.
-struct lens reconstruct_session_cut(const struct lens *lens, const struct pair_window *window,
-                                    int width_px, int height_px);
-
 /// The lens of an image reduced by means over `shrink` x `shrink` pixels.
 struct lens reconstruct_session_shrink(const struct lens *lens, int shrink);
 

@@ -7,10 +7,10 @@
 #include <string.h>
 
 #include "console/command.h"
+#include "console/pair/capture.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/backends/replay/replay.h"
-#include "daemon/session/capture.h"
 #include "daemon/session/session_write.h"
 #include "daemon/settings/config.h"
 
@@ -112,7 +112,8 @@ static void diverge_in_pair(struct play *self) {
 /// Keeps what the session would hold of the pair.
 static int run_capture(const struct command_call *call) {
     struct play *self = call->context;
-    const struct pair_options options = capture_options(call->values);
+    static const struct pair_memory memory = {malloc, free};
+    const struct pair_options options = capture_options(call->values, &memory);
     struct session_event *again = &self->again;
     again->kind = SESSION_PAIR;
     // Their values are part of the recorded calls, which must match.

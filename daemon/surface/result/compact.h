@@ -9,13 +9,13 @@
 #include "core/parallel.h"
 #include "daemon/files/output_file.h"
 #include "daemon/surface/result/reconstruct_context.h"
+#include "surface/compact_writer.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 enum {
-    COMPACT_VERSION = 1,
     // What is asked for in advance: measured surfaces deflate to 2.3 to 3.2 of 10. One that does
     // not fills the disk, and leaves nothing.
     COMPACT_PIXEL_BYTES = 5,
@@ -56,7 +56,7 @@ void compact_free(struct compact *compact);
 // ---- for compact*.c only
 
 /// Writes the head, without the rows. ERROR_RANGE.
-int compact_head_print(const struct reconstruct_context *context, FILE *stream);
+int compact_head_print(const struct reconstruct_context *context, struct compact_writer *writer);
 /// Reads the head in the zero-terminated `compact->head`. Returns its length; 0: it is not one, and
 /// `*line` is the number of the line that is wrong.
 size_t compact_head_parse(struct compact *compact, int *line);

@@ -11,7 +11,6 @@
 #include "core/invariant.h"
 #include "daemon/files/input_file.h"
 #include "daemon/surface/result/compact.h"
-#include "daemon/surface/result/compact_band.h"
 #include "stereo/surface.h"
 
 enum { DISPARITY_Q8_MAX = (MATCH_DISPARITY_LIMIT + MATCH_MAX_DISPARITIES) * 256 };
@@ -22,6 +21,7 @@ struct reader {
     size_t length;
     const uint8_t *at, *end;  // what is left of the rows
     struct compact_band band;
+    void *band_memory;
     struct compact *compact;
     struct message *message;
 };
@@ -216,9 +216,11 @@ static int make_result(struct reader *self, const struct parallel *parallel) {
         5 * arena_need_bytes(pixels, 4) + surface_need_bytes(width, height, pixels);
     struct arena arena;
     self->compact->memory = malloc(bytes);
-    if (self->compact->memory == NULL || !compact_band_take(width, &self->band)) {
+    self->band_memory = calloc(1, compact_band_bytes(width));
+    if (self->compact->memory == NULL || self->band_memory == NULL) {
         return message_set(self->message, ERROR_MEMORY, "%s: out of memory", self->path);
     }
+    compact_band_lay(width, self->band_memory, &self->band);
     arena_init(&arena, self->compact->memory, bytes);
     take_maps(&arena, result);
     return get_rows(self)
@@ -250,7 +252,7 @@ int compact_read(const char *path, const struct parallel *parallel, struct compa
     self.compact = calloc(1, sizeof *self.compact);
     int error = self.compact == NULL ? message_set(message, ERROR_MEMORY, "%s: out of memory", path)
                                      : read_all(&self, parallel);
-    free(self.band.memory);
+    free(self.band_memory);
     if (error != ERROR_OK) {
         free(self.bytes);
         if (self.compact != NULL) {

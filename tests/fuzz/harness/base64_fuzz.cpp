@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/base/base64.h"
+#include "core/base64.h"
 #include "fuzz_check.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {

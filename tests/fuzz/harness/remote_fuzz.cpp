@@ -17,9 +17,9 @@
 #include <iterator>
 #include <string>
 
+#include "core/base64.h"
 #include "core/crc.h"
 #include "core/error.h"
-#include "daemon/base/base64.h"
 #include "daemon/client/remote.h"
 #include "fuzz_check.hpp"
 #include "memory_folder.hpp"

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "daemon/surface/reconstruct_session.h"
+#include "console/pair/calibration_fit.h"
 #include "synthetic/seed.hpp"
 
 namespace {
@@ -41,8 +41,8 @@ TEST_CASE("agrees with the simulated rig's cameras for these windows") {
     };
     const lens from = whole();
     for (const auto &expected : cases) {
-        const lens cut = reconstruct_session_cut(&from, &expected.window, expected.size_px[0],
-                                                 expected.size_px[1]);
+        const lens cut =
+            calibration_fit_lens(&from, &expected.window, expected.size_px[0], expected.size_px[1]);
         CHECK(cut.width_px == expected.size_px[0]);
         CHECK(cut.height_px == expected.size_px[1]);
         CHECK(cut.fx_px == doctest::Approx(expected.f_px).epsilon(1e-11));
@@ -61,7 +61,7 @@ TEST_CASE("a direction is seen at the mean position of its pair of sensor pixels
         const pair_window window{static_cast<std::uint16_t>(random() % 1000 * 2),
                                  static_cast<std::uint16_t>(random() % 700 * 2),
                                  static_cast<std::uint8_t>(1 + random() % 8)};
-        const lens cut = reconstruct_session_cut(&from, &window, 64, 48);
+        const lens cut = calibration_fit_lens(&from, &window, 64, 48);
         const auto u = static_cast<unsigned>(random() % 32 * 2);
         const double sensor_px = (array_px(window.column_px, window.skip, u) +
                                   array_px(window.column_px, window.skip, u + 1)) /

@@ -33,7 +33,7 @@ std::string differ_text(const std::string &what, const calibrate_shot &a, const 
 
 std::string value_text(double value, int axis) {
     return report_text_format(axis == CALIBRATION_PAN ? "%.3f %s" : "%.1f %s", value,
-                              calibration_match_axis_unit(axis));
+                              calibration_reply_axis_unit(axis));
 }
 
 /// Mean and spread of one axis over all pairs.
@@ -55,7 +55,7 @@ bool join_axis(const std::vector<const calibrate_shot *> &shots, size_t side, in
     const auto [low, high] = std::minmax_element(shots.begin(), shots.end(), less);
     if (calibration_match_is_apart(&shots[0]->state->instrument, axis, axis_of(*high).mean,
                                    axis_of(*low).mean)) {
-        *error = differ_text(std::string(side_name[side]) + " " + calibration_match_axis_name(axis),
+        *error = differ_text(std::string(side_name[side]) + " " + calibration_reply_axis_name(axis),
                              **low, value_text(axis_of(*low).mean, axis), **high,
                              value_text(axis_of(*high).mean, axis));
         return false;

@@ -215,11 +215,11 @@ void add_origin(const calibration &value, info_page *page) {
             const calibration_axis &stood = at.axis[axis];
             const bool known = stood.kind == CALIBRATION_AXIS_KNOWN;
             const char *unit = axis == CALIBRATION_PAN ? " deg" : "";
-            text += std::string(", ") + calibration_match_axis_name(axis) + " " +
+            text += std::string(", ") + calibration_reply_axis_name(axis) + " " +
                     (known ? number_text_with_sigma(stood.mean, stood.spread) + unit
                      : stood.kind == CALIBRATION_AXIS_NONE ? "none"
                                                            : "not known");
-            one[calibration_match_axis_name(axis)] =
+            one[calibration_reply_axis_name(axis)] =
                 known ? json({{"mean", stood.mean}, {"spread", stood.spread}}) : json(nullptr);
         }
         page->add("", std::string("  ") + sides[side], text, nullptr);

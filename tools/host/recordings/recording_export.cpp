@@ -210,12 +210,12 @@ void exporter::axes(mcap_writer *mcap, const ros_header &header) {
         for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
             const calibration_axis &at = state.origin.side[side].axis[axis];
             if (at.kind == CALIBRATION_AXIS_KNOWN) {
-                statuses.push_back({name + " " + calibration_match_axis_name(axis),
+                statuses.push_back({name + " " + calibration_reply_axis_name(axis),
                                     "",
                                     "",
                                     {{"position", number(at.mean)},
                                      {"moved", number(at.spread)},
-                                     {"unit", calibration_match_axis_unit(axis)}}});
+                                     {"unit", calibration_reply_axis_unit(axis)}}});
             }
         }
     }

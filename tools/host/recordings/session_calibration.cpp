@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "console/pair/calibration_fit.h"
 #include "core/error.h"
 #include "daemon/session/calibration_at.h"
 #include "daemon/surface/reconstruct_session.h"
@@ -55,7 +56,7 @@ int session_calibration(const session_reader &reader, const session_pairs &pairs
         const pair_window &window = pairs.pair.pair.frame[side].window;
         if (view.width_px == MT9T001_WIDTH_PX && view.height_px == MT9T001_HEIGHT_PX &&
             window.skip > 0) {
-            view = reconstruct_session_cut(&view, &window, image.width_px, image.height_px);
+            view = calibration_fit_lens(&view, &window, image.width_px, image.height_px);
         }
         if (view.width_px != image.width_px || view.height_px != image.height_px) {
             return message_set(last_error, ERROR_SIZE_MISMATCH,

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "daemon/base/base64.h"
+#include "core/base64.h"
 #include "daemon/surface/result/result_figures.h"
 #include "tools/host/formats/image_formats.hpp"
 #include "tools/host/formats/write_png.hpp"

@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "core/base64.h"
 #include "core/error.h"
-#include "daemon/base/base64.h"
 #include "daemon/client/remote.h"
 #include "tools/host/view/view_source.hpp"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Arguments of the commands `capture` and `view`, shared by the daemon and by replay.
-#ifndef VERGENCE_DAEMON_SESSION_CAPTURE_H
-#define VERGENCE_DAEMON_SESSION_CAPTURE_H
+/// What the commands `capture` and `view` are on every instrument and in a replay: arguments, work,
+/// and the answer.
+#ifndef VERGENCE_CONSOLE_PAIR_CAPTURE_H
+#define VERGENCE_CONSOLE_PAIR_CAPTURE_H
 
 #include "console/command.h"
 #include "rig/pair.h"
@@ -35,8 +36,9 @@ extern const struct command_argument capture_arguments[CAPTURE_ARGUMENTS];
 extern const struct command_argument view_arguments[VIEW_ARGUMENTS];
 
 /// The pair options that the arguments ask for. If both average and bracket are given, the bracket
-/// counts.
-struct pair_options capture_options(const struct command_value *values);
+/// counts. `memory` is for merged images (struct pair_options).
+struct pair_options capture_options(const struct command_value *values,
+                                    const struct pair_memory *memory);
 
 /// Takes the frames of `view`, see pair_look.
 int view_take(struct rig *rig, const struct command_value *values,
@@ -46,6 +48,9 @@ int view_take(struct rig *rig, const struct command_value *values,
 /// Errors of either; on success `*registers` is set, and the caller releases the pair.
 int capture_take(struct rig *rig, const struct pair_options *options, struct pair *pair,
                  struct registers_all *registers);
+
+/// Adds what `capture` reports of a pair, whose statistics are computed, to its answer.
+void capture_reply(const struct command_call *call, const struct pair *pair);
 
 #ifdef __cplusplus
 }

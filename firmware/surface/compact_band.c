@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/surface/result/compact_band.h"
-
-#include <stdlib.h>
-#include <zlib.h>
+#include "surface/compact_band.h"
 
 #include "stereo/image/reason.h"
 
@@ -18,20 +15,24 @@ static int band_rows(int width) {
     return width >= BAND_PIXELS ? 1 : BAND_PIXELS / width;
 }
 
-bool compact_band_take(int width, struct compact_band *band) {
-    const size_t row = (size_t)width * sizeof(int32_t);
-    const size_t pixels = (size_t)width * (size_t)band_rows(width);
-    *band = (struct compact_band){.width = width, .rows_max = band_rows(width)};
-    band->packed_bytes = compressBound((uLong)pixels);
-    size_t bytes = pixels + band->packed_bytes;
+size_t compact_band_pixels(int width) {
+    return (size_t)width * (size_t)band_rows(width);
+}
+
+size_t compact_band_bytes(int width) {
+    size_t bytes = compact_band_pixels(width);
     for (int i = 0; i < COMPACT_CHANNELS; i++) {
-        bytes += 2 * row + (size_t)compact_forms[i].bytes * pixels;
+        bytes += 2 * (size_t)width * sizeof(int32_t) +
+                 (size_t)compact_forms[i].bytes * compact_band_pixels(width);
     }
-    uint8_t *at = band->memory = calloc(1, bytes);
-    if (at == NULL) {
-        return false;
-    }
-    for (int i = 0; i < COMPACT_CHANNELS; i++, at += 2 * row) {
+    return bytes;
+}
+
+void compact_band_lay(int width, void *memory, struct compact_band *band) {
+    const size_t pixels = compact_band_pixels(width);
+    uint8_t *at = memory;
+    *band = (struct compact_band){.width = width, .rows_max = band_rows(width)};
+    for (int i = 0; i < COMPACT_CHANNELS; i++, at += 2 * (size_t)width * sizeof(int32_t)) {
         band->row[i][0] = (int32_t *)(void *)at;
         band->row[i][1] = band->row[i][0] + width;
     }
@@ -41,8 +42,6 @@ bool compact_band_take(int width, struct compact_band *band) {
         }
     }
     band->reason = at;
-    band->packed = at + pixels;
-    return true;
 }
 
 int32_t compact_wrap(int32_t value, int bytes, bool is_signed) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The rows of a compact surface, in bands: for compact_write.c and compact_read.c only. A band has
+/// The rows of a compact surface, in bands: for its writer and its reader only. A band has
 /// a chunk for each byte of each value, so that deflate sees like next to like: what differs from a
 /// prediction by the pixels around.
-#ifndef VERGENCE_DAEMON_SURFACE_RESULT_COMPACT_BAND_H
-#define VERGENCE_DAEMON_SURFACE_RESULT_COMPACT_BAND_H
+#ifndef VERGENCE_SURFACE_COMPACT_BAND_H
+#define VERGENCE_SURFACE_COMPACT_BAND_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -42,13 +42,14 @@ struct compact_band {
     uint8_t *reason;
     uint8_t *chunk[COMPACT_CHANNELS][COMPACT_VALUE_BYTES];
     size_t used[COMPACT_CHANNELS];
-    uint8_t *packed;  // a deflated chunk
-    size_t packed_bytes;
-    void *memory;
 };
 
-/// Takes the memory for bands of a picture, which `band->memory` frees. False: there is none.
-bool compact_band_take(int width, struct compact_band *band);
+/// Pixels in a band of a picture, at most: the length of its longest chunk.
+size_t compact_band_pixels(int width);
+/// Memory of a band.
+size_t compact_band_bytes(int width);
+/// Lays a band out in that memory.
+void compact_band_lay(int width, void *memory, struct compact_band *band);
 
 /// The value modulo 2 to the number of its bits.
 int32_t compact_wrap(int32_t value, int bytes, bool is_signed);

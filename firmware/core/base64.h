@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Base64 with padding and without line ends. Source: RFC 4648, section 4.
-#ifndef VERGENCE_DAEMON_BASE_BASE64_H
-#define VERGENCE_DAEMON_BASE_BASE64_H
+#ifndef VERGENCE_CORE_BASE64_H
+#define VERGENCE_CORE_BASE64_H
 
 #include <stddef.h>
 

@@ -1,11 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/commands/calibration_reply.h"
+#include "console/pair/calibration_reply.h"
 
-#include <inttypes.h>
-#include <stdio.h>
-
+#include "console/line/file_blocks.h"
+#include "core/invariant.h"
 #include "core/math.h"
-#include "daemon/session/calibration_match.h"
+#include "rig/base/rig_state.h"
+
+const char *calibration_reply_axis_name(int axis) {
+    static const char *const names[CALIBRATION_AXES] = {"pan", "zoom", "focus", "iris"};
+    INVARIANT(axis >= 0 && axis < CALIBRATION_AXES);
+    return names[axis];
+}
+
+const char *calibration_reply_axis_unit(int axis) {
+    INVARIANT(axis >= 0 && axis < CALIBRATION_AXES);
+    return axis == CALIBRATION_PAN ? "deg" : "counts";
+}
 
 /// Reports cameras and axis positions with which it was made; unknown ones are omitted.
 static void show_origin(const struct command_call *call, const struct calibration_origin *origin) {
@@ -20,8 +30,8 @@ static void show_origin(const struct command_call *call, const struct calibratio
         }
         for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
             if (at->axis[axis].kind == CALIBRATION_AXIS_KNOWN) {
-                reply_number(call, calibration_match_axis_name(axis), at->axis[axis].mean, 3,
-                             calibration_match_axis_unit(axis));
+                reply_number(call, calibration_reply_axis_name(axis), at->axis[axis].mean, 3,
+                             calibration_reply_axis_unit(axis));
             }
         }
         reply_group_end(call);
@@ -29,10 +39,8 @@ static void show_origin(const struct command_call *call, const struct calibratio
 }
 
 void calibration_reply_put(const struct command_call *call, const struct calibration *calibration) {
-    char crc[9];
-    snprintf(crc, sizeof crc, "%08" PRIX32, calibration_crc(calibration));
     reply_text(call, "id", calibration->id);
-    reply_text(call, "crc", crc);
+    file_blocks_reply_crc(call, calibration_crc(calibration));
     if (calibration->date[0] != '\0') {
         reply_text(call, "date", calibration->date);
     }

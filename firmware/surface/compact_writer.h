@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Writes a compact surface (daemon/surface.md) a band of rows at a time: head, rows, CRC-32. The
+/// caller lends all memory, packs the chunks and takes the bytes.
+#ifndef VERGENCE_SURFACE_COMPACT_WRITER_H
+#define VERGENCE_SURFACE_COMPACT_WRITER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "surface/compact_band.h"
+#include "surface/compact_fields.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct compact_output {
+    /// Packs a chunk as a stream of zlib (RFC 1950) into `packed`; returns its length.
+    size_t (*pack)(void *self, uint8_t *bytes, size_t length, uint8_t *packed);
+    void (*put)(void *self, const void *bytes, size_t length);
+    /// After each band: the rows above `rows` of the result's maps are not read again. False: stop.
+    bool (*rows_done)(void *self, int rows);
+    void *self;
+};
+
+struct compact_writer {
+    struct compact_output output;
+    uint32_t crc;
+};
+
+/// Begins with the first line. `output` is copied.
+void compact_writer_begin(struct compact_writer *self, const struct compact_output *output);
+/// The head: the fields of a record, further lines, and at its end the calibration. ERROR_RANGE: it
+/// cannot be described.
+void compact_writer_fields(struct compact_writer *self, const struct compact_field *fields,
+                           size_t count, const void *record);
+void compact_writer_text(struct compact_writer *self, const char *name, const char *text);
+int compact_writer_calibration(struct compact_writer *self, const struct calibration *calibration);
+/// The rows, and the end. `memory`: compact_band_bytes of the width, aligned for int32_t; `packed`:
+/// room for a packed chunk of compact_band_pixels bytes.
+void compact_writer_rows(struct compact_writer *self, const struct reconstruct_result *result,
+                         void *memory, uint8_t *packed);
+
+/// A `pack` for processors without zlib: the bytes as they are.
+enum { COMPACT_STORED_MORE_BYTES = 11 };
+size_t compact_stored(void *self, uint8_t *bytes, size_t length, uint8_t *packed);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
