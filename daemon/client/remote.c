@@ -10,6 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "console/line/framing.h"
 #include "console/line/reply.h"
 #include "core/crc.h"
 #include "core/error.h"
@@ -127,19 +128,26 @@ bool remote_show_progress(struct remote *self, const char *text) {
     return true;
 }
 
-int remote_receive(struct remote *self, int limit_ms, char **text) {
+/// How long it may still be silent; 0: it is gone. On a serial line any data or keepalive restarts
+/// the wait.
+static int left_ms(const struct remote_line *line, int silence_ms, uint64_t *since_us) {
+    const int limit_ms = line->busy ? FRAMING_BUSY_MS : silence_ms;
+    *since_us = line->serial && line->last_rx_us > *since_us ? line->last_rx_us : *since_us;
+    const int64_t left =
+        limit_ms - (int64_t)((monotonic_now_us() - *since_us) / MONOTONIC_US_IN_MS);
+    // Whether it is busy is seen when something comes.
+    return left <= 0 ? 0 : left < silence_ms ? (int)left : silence_ms;
+}
+
+int remote_receive(struct remote *self, int silence_ms, char **text) {
     struct remote_line *line = &self->line;
     uint64_t since_us = monotonic_now_us();
     for (;;) {
         bool extra = false;
-        const uint64_t now_us = monotonic_now_us();
-        // On a serial line any data or keepalive restarts the wait.
-        since_us = line->serial && line->last_rx_us > since_us ? line->last_rx_us : since_us;
-        const int64_t left_ms = limit_ms - (int64_t)((now_us - since_us) / MONOTONIC_US_IN_MS);
-        if (limit_ms >= 0 && left_ms <= 0) {
+        const int wait_ms = silence_ms < 0 ? silence_ms : left_ms(line, silence_ms, &since_us);
+        if (wait_ms == 0) {
             return ERROR_TIMEOUT;
         }
-        const int wait_ms = limit_ms >= 0 ? (int)left_ms : limit_ms;
         const int error = remote_line_receive(line, wait_ms, self->extra_fd, &extra, text);
         if (error != ERROR_CANCELLED && error != ERROR_TIMEOUT) {
             return error;

@@ -58,9 +58,10 @@ bool remote_interrupted(struct remote *self);
 void remote_interrupt(struct remote *self);
 
 /// Receives the next line of an answer, valid until the next call; handles user input meanwhile. 0;
-/// ERROR_TIMEOUT: none for `limit_ms` (REMOTE_FOREVER_MS: never), on a serial line nothing at all;
+/// ERROR_TIMEOUT: none for `silence_ms` (REMOTE_FOREVER_MS: never), on a serial line nothing at
+/// all, or for longer if the instrument has said that it is busy (console/line/framing.h);
 /// ERROR_DEVICE.
-int remote_receive(struct remote *self, int limit_ms, char **text);
+int remote_receive(struct remote *self, int silence_ms, char **text);
 
 /// Receives exactly `bytes` bytes, which come with an answer over a socket; handles user input
 /// meanwhile. False: connection lost.

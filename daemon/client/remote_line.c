@@ -259,7 +259,8 @@ static void take_in(struct remote_line *self, size_t bytes) {
     const size_t end = self->filled + bytes;
     size_t kept = self->filled;
     for (size_t at = self->filled; at < end; at++) {
-        if (!self->serial || self->data[at] != FRAMING_IDLE) {
+        self->busy = self->serial && self->data[at] == FRAMING_BUSY;
+        if (!self->serial || (self->data[at] != FRAMING_IDLE && !self->busy)) {
             self->data[kept++] = self->data[at];
         }
     }
