@@ -6,8 +6,12 @@
 #include "bf537/fault.h"
 #include "console/line/commands_help.h"
 #include "core/error.h"
+#include "memory/calibration.h"
+#include "memory/files.h"
+#include "memory/pair.h"
+#include "memory/surface.h"
 
-enum { COMMANDS_MAX = 40 };
+enum { COMMANDS_MAX = 48 };
 
 static const double us_per_s = 1e6;
 
@@ -34,8 +38,9 @@ static const struct command *board_table(size_t *count) {
 }
 
 struct command_table bf537_commands(void) {
-    static const struct command *(*const tables[])(size_t *) = {board_table, command_help_table,
-                                                                command_rig_table};
+    static const struct command *(*const tables[])(size_t *) = {
+        board_table,          memory_files_table, memory_pair_table, memory_calibration_table,
+        memory_surface_table, command_help_table, command_rig_table};
     static struct command all[COMMANDS_MAX];
     return command_join(tables, sizeof tables / sizeof tables[0], all, COMMANDS_MAX);
 }

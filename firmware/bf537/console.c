@@ -37,14 +37,20 @@ static void complete(void *context, const char *typed, char *words) {
 
 // ---- a running command
 
+static void show_life(struct bf537_console *self) {
+    self->sign_of_life_us = bf537_now_us();
+    if (self->framed) {
+        send(self, (const char[]){FRAMING_BUSY}, 1);
+    }
+}
+
 static bool should_stop(void *context) {
     struct bf537_console *self = context;
     const uint64_t now_us = bf537_now_us();
     bf537_watchdog_feed();
     bf537_fault_check_stack();
-    if (self->framed && now_us - self->sign_of_life_us >= 1000 * FRAMING_IDLE_MS) {
-        self->sign_of_life_us = now_us;
-        send(self, (const char[]){FRAMING_IDLE}, 1);
+    if (now_us - self->sign_of_life_us >= 1000 * FRAMING_IDLE_MS) {
+        show_life(self);
     }
     if (bf537_serial_drop_through(self->serial, CTRL_C)) {
         self->cancelled = true;
@@ -56,6 +62,7 @@ static bool should_stop(void *context) {
 static void show_progress(void *context, const char *what, uint32_t done, uint32_t total) {
     struct bf537_console *self = context;
     reply_progress(&self->reply, what, done, total);
+    show_life(self);
 }
 
 struct rig_observer bf537_console_observer(struct bf537_console *self) {
@@ -83,9 +90,9 @@ static void run(struct bf537_console *self, const struct request *request,
                                       .context = self,
                                       .line = request->command};
     self->cancelled = false;
-    self->sign_of_life_us = bf537_now_us();
     self->message[0] = '\0';
     reply_begin(&self->reply, &sink, request, !self->program);
+    show_life(self);
     const int error = command_run(command, &call);
     reply_end(&self->reply, error, self->message);
 }

@@ -15,6 +15,7 @@
 #include "bf537/watchdog.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "memory/pair.h"
 #include "rig/base/profile.h"
 #include "rig/rig.h"
 
@@ -26,6 +27,7 @@ enum {
 };
 
 extern uint8_t _bf537_pool_begin[] __asm__("_bf537_pool_begin");
+extern uint8_t _bf537_pool_end[] __asm__("_bf537_pool_end");
 
 static struct bf537_serial console_serial, lens_serial;
 static struct bf537_console console;
@@ -80,6 +82,8 @@ _Noreturn void bf537_main(void) {
                                     .log = &log};
     const struct rig_observer observer = bf537_console_observer(&console);
     rig_init(&rig, &profile, &ports, &observer);
+    uint8_t *const rest = _bf537_pool_begin + FRAMES_BYTES;
+    memory_pair_begin(rest, (size_t)(_bf537_pool_end - rest));
     bf537_watchdog_start();
     bf537_console_begin(&console, &console_serial, &rig, bf537_commands());
     for (;;) {

@@ -1,92 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The instrument on its own processor: the firmware in the Blackfin simulator, whose bus, pixels and pins are
-those of the simulated rig, at its console."""
+"""The instrument on its own processor: the firmware at its console, in front of the simulated rig."""
 import json
 import os
 import pathlib
-import pty
 import re
-import select
-import subprocess
 import tempfile
-import tty
 import unittest
 
-from waiting import TIMEOUT_S, wait_until
-
-ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
-PROMPT = "vergence> "
-
-
-def output_of(*words, folder=None):
-    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True,
-                          cwd=folder).stdout.strip()
+from bf537_board import Board, require_tool_chain
 
 
 def setUpModule():
-    tool = ROOT / "tools/bfin-toolchain"
-    if subprocess.run([tool, "--where"], capture_output=True, check=False).returncode != 0:
-        raise unittest.SkipTest("requires the tool chain of the Blackfin: run tools/bfin-toolchain once")
-    Board.simulator = output_of(tool, "--simulator")
-    Board.image = pathlib.Path(output_of(ROOT / "tools/cross", "bfin")) / "firmware/vergence-bf537.elf"
-
-
-class Board:
-    """The simulated processor, with a rig or with nothing connected."""
-
-    def __init__(self, rig=None, image=None):
-        self.rig = None
-        self.folder = tempfile.TemporaryDirectory()
-        environment = {**os.environ}
-        if rig is not None:
-            address = pathlib.Path(self.folder.name, "rig.sock")
-            self.address = f"unix:{address}"
-            self.rig = subprocess.Popen([os.environ["SIMRIG"], *rig, "--listen", self.address],
-                                        stdout=subprocess.DEVNULL)
-            wait_until(address.exists, "the simulated rig listens")
-            environment["VERGENCE_SIMRIG"] = self.address
-        self.line, far = pty.openpty()
-        tty.setraw(far)
-        self.far, self.name, self.text = far, os.ttyname(far), ""
-        self.process = subprocess.Popen([self.simulator, "--environment", "operating", "--model", "bf537",
-                                         image or self.image], stdin=self.line, stdout=self.line, env=environment)
-
-    def close(self):
-        for process in (self.process, self.rig):
-            if process is not None:
-                process.kill()
-                process.wait()
-        os.close(self.line)
-        os.close(self.far)
-        self.folder.cleanup()
-
-    def read_until(self, ends):
-        """What comes up to a text that `ends` accepts."""
-        def complete():
-            if not ends(self.text) and select.select([self.far], [], [], 0.1)[0]:
-                # A line's end may come in two parts.
-                self.text = (self.text + os.read(self.far, 4096).decode()).replace("\r\n", "\n")
-            return ends(self.text)
-        wait_until(complete, lambda: f"the console does not answer: {self.text!r}")
-        found, self.text = self.text, ""
-        return found
-
-    def write(self, data):
-        os.write(self.far, data)
-
-    def wait_prompt(self):
-        return self.read_until(lambda text: text.endswith(PROMPT))
-
-    def type(self, line):
-        """A command's answer, up to OK or ERR; the editor draws its line, and bars, over what was there."""
-        os.write(self.far, line.encode() + b"\r")
-        text = self.read_until(lambda text: re.search(r"\n(.*\r)?(OK|ERR .*)\n", text))
-        return re.sub(r"(?m)^.*\r", "", text)
-
-    def ask(self, line):
-        """A program's line, and the answer of one line."""
-        os.write(self.far, line.encode() + b"\n")
-        return self.read_until(lambda text: text.endswith("\n"))
+    require_tool_chain()
 
 
 class Console(unittest.TestCase):
@@ -112,11 +37,29 @@ class Console(unittest.TestCase):
 
     def test_the_client_of_the_daemon_talks_to_the_firmware(self):
         board = self.board("--scene", "plane")
-        asked = (os.environ["VERGENCE"], "--connect", f"serial:{board.name}", "--json")
-        done = subprocess.run([*asked, "status"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+        done = board.client("--json", "status")
         self.assertEqual(json.loads(done.stdout)["result"]["state"], "down", done.stderr)
-        done = subprocess.run([*asked, "pan", "3"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+        done = board.client("--json", "pan", "3")
         self.assertEqual((json.loads(done.stdout)["error"], done.returncode), ("NOT_READY", 1), done.stderr)
+
+    def test_files_come_from_the_client_and_go_back(self):
+        board = self.board()
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            for size in (0, 5000):
+                sent, back = folder / f"sent{size}", folder / f"back{size}"
+                sent.write_bytes(os.urandom(size))
+                done = board.client("send", sent)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertRegex(board.client("files").stdout, f"file sent{size}, size {size} bytes")
+                done = board.client("fetch", sent.name, back)
+                self.assertEqual((done.returncode, back.read_bytes()), (0, sent.read_bytes()), done.stderr)
+            large = folder / "large"
+            large.write_bytes(bytes(400000))
+            for words, error in (("send", large), "FULL"), (("fetch", "none"), "MISSING"), (("files", "none"), "MISSING"):
+                done = board.client(*words, cwd=name)
+                self.assertEqual((done.returncode, error in done.stderr), (1, True), done.stderr)
+        self.assertRegex(board.type("capture"), "ERR NOT_READY")
 
     def test_damaged_and_endless_lines_are_refused(self):
         board = self.board()

@@ -4,11 +4,11 @@ import pathlib
 import re
 import unittest
 
-import console_test
-from console_test import Board, output_of
+import bf537_board
+from bf537_board import Board, output_of
 from waiting import wait_until
 
-setUpModule = console_test.setUpModule
+setUpModule = bf537_board.require_tool_chain
 # By the key that tests/bf537/faults.c takes: reason, and the function that was running.
 FAULTS = {
     b"u": ("undefined instruction at", "provoke_undefined_instruction"),
@@ -26,7 +26,7 @@ class Fault(unittest.TestCase):
         board.read_until(lambda text: text.endswith("started: power on or reset\n"))
         board.write(key)
         report = board.read_until(lambda text: "then shows this reason\n" in text)
-        tools = pathlib.Path(output_of(console_test.ROOT / "tools/bfin-toolchain", "--where"), "bin")
+        tools = pathlib.Path(output_of(bf537_board.ROOT / "tools/bfin-toolchain", "--where"), "bin")
         places = re.findall(r"retx=(0x\w+)", report) + re.findall(r"=(0x\w+)", report.partition("calls:")[2])
         named = output_of(tools / "bfin-elf-addr2line", "-f", "-e", program, *places) if places else ""
         return report, named
@@ -48,7 +48,7 @@ class Rig(unittest.TestCase):
               ("bus sda", "bus ok", "pan 5", "ERR I2C_ARBITRATION left servo"))
 
     def control(self, command):
-        return output_of(console_test.ROOT / "tools/simrig/control", self.board.address, command)
+        return output_of(bf537_board.ROOT / "tools/simrig/control", self.board.address, command)
 
     def time_s(self):
         return float(re.search(r"time_s: ([\d.]+)", self.control("status"))[1])

@@ -5,10 +5,10 @@ import re
 import tempfile
 import unittest
 
-import console_test
-from console_test import Board, output_of
+import bf537_board
+from bf537_board import Board, output_of
 
-setUpModule = console_test.setUpModule
+setUpModule = bf537_board.require_tool_chain
 TYPES = {"uimage": "standalone", "fit": "flat_dt"}
 
 
@@ -24,7 +24,7 @@ class Image(unittest.TestCase):
         return (folder / "program").read_bytes(), *(int(address, 16) for address in addresses)
 
     def test_what_is_unpacked_is_the_program_and_runs(self):
-        tools = pathlib.Path(output_of(console_test.ROOT / "tools/bfin-toolchain", "--where"), "bin")
+        tools = pathlib.Path(output_of(bf537_board.ROOT / "tools/bfin-toolchain", "--where"), "bin")
         header = output_of(tools / "bfin-elf-readelf", "-hl", Board.image)
         entry = int(re.search(r"Entry point address: +0x([0-9a-f]+)", header)[1], 16)
         load = int(re.search(r"LOAD +0x[0-9a-f]+ 0x([0-9a-f]+)", header)[1], 16)
