@@ -231,7 +231,8 @@ class Terminal(pairs.Fixture):
                 code, shown = self.on_terminal(
                     "reconstruct", left, right, "--rectified", "--disparity", "0:1024", "--preset",
                     preset, "--threads", threads, "--out", self.out, interrupt_at="match")
-                self.assertLess(time.monotonic() - self.interrupted_s, 1.5)
+                # Within a part of what is left to match; a busy machine is slower.
+                self.assertLess(time.monotonic() - self.interrupted_s, 6)
                 self.assertEqual(code, 130, shown)
                 self.assertFalse(self.out.exists())
 
