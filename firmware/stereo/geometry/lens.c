@@ -2,6 +2,7 @@
 #include "stereo/geometry/lens.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
@@ -29,18 +30,13 @@ static double norm2(const double a[2]) {
     return a[0] * a[0] + a[1] * a[1];
 }
 
-// The numerator and the denominator of the radial factor at r^2 = u, and their derivatives by u.
-struct quotient {
-    double above, below, above_slope, below_slope;
-};
+// 1 + k1 u + k2 u^2 + k3 u^3.
+static double cubic(double k1, double k2, double k3, double u) {
+    return 1.0 + u * (k1 + u * (k2 + u * k3));
+}
 
-static struct quotient divide_at(const struct lens *lens, double u) {
-    return (struct quotient){
-        1.0 + u * (lens->k1 + u * (lens->k2 + u * lens->k3)),
-        1.0 + u * (lens->k4 + u * (lens->k5 + u * lens->k6)),
-        lens->k1 + u * (2.0 * lens->k2 + u * 3.0 * lens->k3),
-        lens->k4 + u * (2.0 * lens->k5 + u * 3.0 * lens->k6),
-    };
+static double cubic_slope(double k1, double k2, double k3, double u) {
+    return k1 + u * (2.0 * k2 + u * 3.0 * k3);
 }
 
 // Radius in the image of an equidistant lens, over the angle, at angle^2 = u.
@@ -54,34 +50,43 @@ static double angle_slope(const struct lens *lens, double u) {
            u * (3.0 * lens->k1 + u * (5.0 * lens->k2 + u * (7.0 * lens->k3 + u * 9.0 * lens->k4)));
 }
 
-// The radial factor at r^2 = u. `change` receives twice its derivative by u.
+// The radial factor at r^2 = u. `change`, unless NULL, receives twice its derivative by u.
 static double radial_factor(const struct lens *lens, double u, double *change) {
     INVARIANT(lens->kind < LENS_KINDS);
-    if (lens->kind == LENS_EQUIDISTANT) {
-        if (u < 1e-8) {  // the terms of the next order are below the last digit
-            *change = 2.0 * (lens->k1 - 1.0 / 3.0);
-            return 1.0 + u * (lens->k1 - 1.0 / 3.0);
+    if (lens->kind == LENS_EQUIDISTANT && u < 1e-8) {  // the next terms are below the last digit
+        const double slope = lens->k1 - 1.0 / 3.0;
+        if (change != NULL) {
+            *change = 2.0 * slope;
         }
+        return 1.0 + u * slope;
+    }
+    if (lens->kind == LENS_EQUIDISTANT) {
         const double r = sqrt(u), angle = math_atan2(r, 1.0);
         const double factor = angle * angle_factor(lens, angle * angle) / r;
-        *change = (angle_slope(lens, angle * angle) / (1.0 + u) - factor) / u;
+        if (change != NULL) {
+            *change = (angle_slope(lens, angle * angle) / (1.0 + u) - factor) / u;
+        }
         return factor;
     }
-    const struct quotient at = divide_at(lens, u);
-    if (lens->kind == LENS_BROWN_CONRADY) {
-        *change = 2.0 * at.above_slope;
-        return at.above;
+    const double above = cubic(lens->k1, lens->k2, lens->k3, u);
+    const bool divided = lens->kind == LENS_RATIONAL;
+    const double below = divided ? cubic(lens->k4, lens->k5, lens->k6, u) : 1.0;
+    const double factor = divided ? above / below : above;
+    if (change != NULL) {
+        const double slope = cubic_slope(lens->k1, lens->k2, lens->k3, u);
+        *change = 2.0 * slope;
+        if (divided) {
+            const double below_slope = cubic_slope(lens->k4, lens->k5, lens->k6, u);
+            *change = 2.0 * (slope - factor * below_slope) / below;
+        }
     }
-    const double factor = at.above / at.below;
-    *change = 2.0 * (at.above_slope - factor * at.below_slope) / at.below;
     return factor;
 }
 
 void lens_distort(const struct lens *lens, const double ideal[2], double distorted[2]) {
     const double x = ideal[0], y = ideal[1];
     const double r2 = x * x + y * y;
-    double change;
-    const double radial = radial_factor(lens, r2, &change);
+    const double radial = radial_factor(lens, r2, NULL);
     distorted[0] = x * radial + 2.0 * lens->p1 * x * y + lens->p2 * (r2 + 2.0 * x * x);
     distorted[1] = y * radial + lens->p1 * (r2 + 2.0 * y * y) + 2.0 * lens->p2 * x * y;
 }
@@ -157,10 +162,14 @@ double lens_fold_radius(const struct lens *lens) {
     return sqrt(lens_fold_first(&growth, RADIUS2_MAX));
 }
 
-// Whether the Jacobian is positive definite on the whole circle of radius r. With t = 2 r |(p1,
-// p2)| and c, s the cosine and sine of the angle from (p2, p1) it reads, along and across the
-// radius, {{along + 3 t c, t s}, {t s, across + t c}}.
-static bool is_definite(const struct lens *lens, double r) {
+static double tangential_norm(const struct lens *lens) {
+    return sqrt(lens->p1 * lens->p1 + lens->p2 * lens->p2);
+}
+
+// Whether the Jacobian is positive definite on the whole circle of radius r. With t = 2 r
+// `tangential` = 2 r |(p1, p2)| and c, s the cosine and sine of the angle from (p2, p1) it reads,
+// along and across the radius, {{along + 3 t c, t s}, {t s, across + t c}}.
+static bool is_definite(const struct lens *lens, double tangential, double r) {
     const double u = r * r;
     double change;
     const double across = radial_factor(lens, u, &change);
@@ -168,11 +177,30 @@ static bool is_definite(const struct lens *lens, double r) {
     if (!(along > 0 && across > 0)) {
         return false;
     }
-    const double t = 2.0 * r * sqrt(lens->p1 * lens->p1 + lens->p2 * lens->p2);
+    const double t = 2.0 * r * tangential;
     const double sum = along + 3.0 * across;
     // The determinant 4 t^2 c^2 + t sum c + along across - t^2 is lowest at this t c.
     const double lowest = sum < 8.0 * t ? -sum / 8.0 : -t;
     return lowest * (4.0 * lowest + sum) + along * across - t * t > 0;
+}
+
+// A radius up to which no sign of the coefficients makes the Jacobian indefinite: by Gershgorin's
+// circles it is definite where along and across exceed 4 t.
+static double surely_definite_radius(const struct lens *lens, double tangential, double end) {
+    if (lens->kind != LENS_BROWN_CONRADY) {
+        return 0;
+    }
+    const double slope[3] = {3.0 * lens->k1, 5.0 * lens->k2, 7.0 * lens->k3};
+    for (double r = end; r > 1e-6; r *= 0.5) {
+        double sum = 0;
+        for (int i = 2; i >= 0; i--) {
+            sum = (sum + math_max(slope[i], -slope[i])) * r * r;
+        }
+        if (sum + 8.0 * tangential * r < 0.99) {
+            return r;
+        }
+    }
+    return 0;
 }
 
 // Of the disc on which the mapping is one to one, the part that counts as the view.
@@ -193,17 +221,19 @@ double lens_view_radius(const struct lens *lens) {
         return VIEW_SHARE * fold;
     }
     const double end = fold < RADIUS2_MAX ? fold : sqrt(RADIUS2_MAX);
-    double low = 0, high = first < end ? first : end;
-    while (is_definite(lens, high)) {
+    const double tangential = tangential_norm(lens);
+    const double sure = surely_definite_radius(lens, tangential, end);
+    double low = 0, high = math_min(first, end);
+    while (high <= sure || is_definite(lens, tangential, high)) {
         if (high >= end) {
             return VIEW_SHARE * fold;
         }
         low = high;
-        high = growth * high < end ? growth * high : end;
+        high = math_min(growth * high, end);
     }
     while (high - low > 1e-9 * high) {
         const double middle = 0.5 * (low + high);
-        if (is_definite(lens, middle)) {
+        if (is_definite(lens, tangential, middle)) {
             low = middle;
         } else {
             high = middle;
@@ -228,20 +258,27 @@ static double residual(const struct lens *lens, const double ideal[2], const dou
     return sqrt(norm2(rest));
 }
 
-// One Newton step, shortened until it stays before the fold and reduces the residual. Returns false
-// if no step does.
-static bool newton_step(const struct lens *lens, struct domain *domain, const double distorted[2],
-                        double ideal[2], double rest[2], double *error) {
-    double J[4];
+static double jacobian(const struct lens *lens, const double ideal[2], double J[4]) {
     lens_distort_slope(lens, ideal, J);
-    const double determinant = J[0] * J[3] - J[1] * J[2];
-    if (!(determinant > 0)) {
+    return J[0] * J[3] - J[1] * J[2];
+}
+
+// One Newton step, shortened until it stays before the fold and reduces the residual. Returns false
+// if no step does; the Jacobian's determinant is that before the step.
+static bool newton_step(const struct lens *lens, struct domain *domain, const double distorted[2],
+                        double ideal[2], double rest[2], double *error, double *determinant) {
+    double J[4];
+    *determinant = jacobian(lens, ideal, J);
+    if (!(*determinant > 0)) {
         return false;
     }
-    const double step[2] = {(J[3] * rest[0] - J[1] * rest[1]) / determinant,
-                            (J[0] * rest[1] - J[2] * rest[0]) / determinant};
+    const double step[2] = {(J[3] * rest[0] - J[1] * rest[1]) / *determinant,
+                            (J[0] * rest[1] - J[2] * rest[0]) / *determinant};
     for (double share = 1.0; share > 1e-6; share *= 0.5) {
         const double next[2] = {ideal[0] + share * step[0], ideal[1] + share * step[1]};
+        if (next[0] == ideal[0] && next[1] == ideal[1]) {
+            return false;  // nor will a shorter step change it
+        }
         double next_rest[2];
         const double next_error = residual(lens, next, distorted, next_rest);
         if (next_error < *error && grows_up_to(domain, norm2(next))) {
@@ -266,17 +303,18 @@ static bool undistort_plane(const struct lens *lens, const double distorted[2], 
         guess[1] *= 0.5;
     }
     double rest[2];
-    double error = residual(lens, guess, distorted, rest);
-    for (int i = 0;
-         i < 50 && error > 0 && newton_step(lens, &domain, distorted, guess, rest, &error); i++) {
+    double error = residual(lens, guess, distorted, rest), determinant = 0;
+    bool settled = false;
+    for (int i = 0; i < 50 && error > 0 && !settled; i++) {
+        settled = !newton_step(lens, &domain, distorted, guess, rest, &error, &determinant);
     }
     // After Newton's last step only rounding errors remain, unless there is no solution.
     if (!(error <= 1e-12 * (1.0 + sqrt(norm2(distorted))))) {
         return false;
     }
     double J[4];
-    lens_distort_slope(lens, guess, J);
-    if (!(J[0] * J[3] - J[1] * J[2] > 0) || !grows_up_to(&domain, norm2(guess))) {
+    determinant = settled ? determinant : jacobian(lens, guess, J);
+    if (!(determinant > 0) || !grows_up_to(&domain, norm2(guess))) {
         return false;
     }
     INVARIANT(norm2(guess) <= RADIUS2_MAX);

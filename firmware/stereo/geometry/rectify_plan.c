@@ -124,17 +124,19 @@ static int choose_parallax(const struct calibration *calibration,
     return ERROR_OK;
 }
 
-// A default range is limited to what can be searched; a stated one is not.
-static void limit_assumed(struct parallax *parallax, double f_px) {
+// A default range is limited to what can be searched; a stated one is not. Returns whether that
+// changed it.
+static bool limit_assumed(struct parallax *parallax, double f_px) {
     const double span = ASSUMED_MAX_PX / f_px;
     INVARIANT(f_px > 0);
     if (!parallax->assumed || parallax->near - parallax->far <= span) {
-        return;
+        return false;
     }
     if (parallax->verged > 0) {
         parallax->far = parallax->verged - 0.5 * span;
     }
     parallax->near = parallax->far + span;
+    return true;
 }
 
 // Frames of a pair that has to be rectified.
@@ -157,7 +159,8 @@ static int frame_rotated(const struct calibration *calibration,
     }
     struct rectify_window window;
     double f_px = 0;
-    for (int pass = 0; pass < 2; pass++) {  // limiting a default range moves the window slightly
+    bool moved = true;
+    for (int pass = 0; pass < 2 && moved; pass++) {  // limiting the range moves the window slightly
         if (!rectify_window_find(&left, &right, parallax->far, parallax->near, &window)) {
             return ERROR_OVERLAP;
         }
@@ -170,7 +173,7 @@ static int frame_rotated(const struct calibration *calibration,
         if (!(f_px > 0)) {
             return ERROR_OVERLAP;
         }
-        limit_assumed(parallax, f_px);
+        moved = limit_assumed(parallax, f_px);
     }
     INVARIANT(parallax->near > parallax->far && parallax->far >= 0);
     const double width = f_px * (window.left_high - window.left_low);

@@ -2,6 +2,7 @@
 #include "stereo/geometry/rectify_window.h"
 
 #include <math.h>
+#include <stdint.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
@@ -111,14 +112,42 @@ int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
     return ERROR_OK;
 }
 
-// Interval of an outline at height y; empty (low > high) if it does not reach y.
-static void cut_outline(const struct rectify_outline *outline, double y, double *low,
-                        double *high) {
+// The heights at which outlines are cut, `top` to `bottom`.
+struct levels {
+    double top, bottom;
+};
+
+static double level_height(const struct levels *levels, int level) {
+    return levels->top + (levels->bottom - levels->top) * level / ROW_LEVELS;
+}
+
+// The level of each point of an outline, give or take one; those above and below all levels are
+// neighbours of the first and of the last.
+static void find_levels(const struct rectify_outline *outline, const struct levels *levels,
+                        int16_t level[RECTIFY_OUTLINE_POINTS]) {
+    const double per_slope = ROW_LEVELS / (levels->bottom - levels->top);
+    for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
+        const double at = (outline->slope[i][1] - levels->top) * per_slope;
+        level[i] = (int16_t)(at < 0 ? -1 : at > ROW_LEVELS ? ROW_LEVELS + 1 : (int)at);
+    }
+}
+
+// Interval of an outline at one level; empty (low > high) if it does not reach it. Integers rule out
+// the edges that are not near the level, as doubles are slow on some processors.
+static void cut_outline(const struct rectify_outline *outline,
+                        const int16_t point_level[RECTIFY_OUTLINE_POINTS],
+                        const struct levels *levels, int level, double *low, double *high) {
+    const double y = level_height(levels, level);
     *low = INFINITY;
     *high = -INFINITY;
     for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
-        const double *a = outline->slope[i];
-        const double *b = outline->slope[(i + 1) % RECTIFY_OUTLINE_POINTS];
+        const int next = i + 1 < RECTIFY_OUTLINE_POINTS ? i + 1 : 0;
+        const int above = level - 1, below = level + 1;
+        if ((point_level[i] < above && point_level[next] < above) ||
+            (point_level[i] > below && point_level[next] > below)) {
+            continue;
+        }
+        const double *a = outline->slope[i], *b = outline->slope[next];
         if (y < math_min(a[1], b[1]) || y > math_max(a[1], b[1])) {
             continue;
         }
@@ -129,30 +158,40 @@ static void cut_outline(const struct rectify_outline *outline, double y, double 
     }
 }
 
-bool rectify_window_find(const struct rectify_outline *left, const struct rectify_outline *right,
-                         double parallax_far, double parallax_near, struct rectify_window *window) {
-    INVARIANT(parallax_far >= 0 && parallax_far < parallax_near);
-    double top = -INFINITY, bottom = INFINITY;
+// The heights that both outlines have; false if there are none.
+static bool find_shared_heights(const struct rectify_outline *left,
+                                const struct rectify_outline *right, struct levels *levels) {
     const struct rectify_outline *both[2] = {left, right};
+    *levels = (struct levels){-INFINITY, INFINITY};
     for (int side = 0; side < 2; side++) {
         double low = INFINITY, high = -INFINITY;
         for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
             low = math_min(low, both[side]->slope[i][1]);
             high = math_max(high, both[side]->slope[i][1]);
         }
-        top = math_max(top, low);
-        bottom = math_min(bottom, high);
+        levels->top = math_max(levels->top, low);
+        levels->bottom = math_min(levels->bottom, high);
     }
+    return levels->top < levels->bottom;
+}
+
+bool rectify_window_find(const struct rectify_outline *left, const struct rectify_outline *right,
+                         double parallax_far, double parallax_near, struct rectify_window *window) {
+    INVARIANT(parallax_far >= 0 && parallax_far < parallax_near);
+    struct levels levels;
+    int16_t left_level[RECTIFY_OUTLINE_POINTS], right_level[RECTIFY_OUTLINE_POINTS];
     *window =
         (struct rectify_window){INFINITY, -INFINITY, INFINITY, -INFINITY, INFINITY, -INFINITY};
-    if (!(top < bottom)) {
+    if (!find_shared_heights(left, right, &levels)) {
         return false;
     }
+    find_levels(left, &levels, left_level);
+    find_levels(right, &levels, right_level);
     for (int level = 0; level <= ROW_LEVELS; level++) {
-        const double y = top + (bottom - top) * level / ROW_LEVELS;
+        const double y = level_height(&levels, level);
         double left_low, left_high, right_low, right_high;
-        cut_outline(left, y, &left_low, &left_high);
-        cut_outline(right, y, &right_low, &right_high);
+        cut_outline(left, left_level, &levels, level, &left_low, &left_high);
+        cut_outline(right, right_level, &levels, level, &right_low, &right_high);
         const double low = math_max(left_low, right_low + parallax_far);
         const double high = math_min(left_high, right_high + parallax_near);
         if (!(low < high)) {
