@@ -10,5 +10,6 @@ set(CMAKE_FIND_ROOT_PATH ${VERGENCE_CROSS_ROOT}/bfin-elf)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
-add_compile_options(-mcpu=bf537 -ffunction-sections -fdata-sections)
+# gcc 12 takes x >> 1 of 64 bits for two halves and then the wrong bit between them, unless they stay together.
+add_compile_options(-mcpu=bf537 -ffunction-sections -fdata-sections -fno-split-wide-types)
 add_link_options(-mcpu=bf537 -Wl,--gc-sections)
