@@ -28,7 +28,7 @@
 
 static uint32_t digest_math(void) {
     uint32_t crc = 0;
-    for (int i = 0; i < 20000; i++) {
+    for (int i = 0; i < draws(20000, 100); i++) {
         const double range = i % 2 == 0 ? 4.0 : 1e6;
         crc = add_double(crc, math_sin(uniform(-range, range)));
         crc = add_double(crc, math_cos(uniform(-range, range)));
@@ -42,7 +42,7 @@ static uint32_t digest_math(void) {
 
 static uint32_t digest_geometry(void) {
     uint32_t crc = 0;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < draws(3000, 30); i++) {
         double r_rad[3], R[9], again_rad[3] = {0}, a[3], b[3], origin[3] = {0};
         for (int k = 0; k < 3; k++) {
             r_rad[k] = uniform(-2, 2);
@@ -82,10 +82,10 @@ static struct lens random_lens(int width_px, int height_px, double f_px) {
 
 static uint32_t digest_lens(void) {
     uint32_t crc = 0;
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < draws(200, 2); i++) {
         const struct lens lens = random_lens(640, 480, uniform(200, 9000));
         crc = add_double(crc, lens_fold_radius(&lens));
-        for (int k = 0; k < 20; k++) {
+        for (int k = 0; k < draws(20, 4); k++) {
             const double pixel_px[2] = {uniform(0, 639), uniform(0, 479)};
             double ray[3] = {0};
             crc = add_bits(crc, lens_ray(&lens, pixel_px, ray), 1);
@@ -126,7 +126,7 @@ static uint32_t add_plan(uint32_t crc, const struct rectify_plan *plan) {
     return add_doubles(crc, numbers, 6);
 }
 
-// Coordinates and pixels of every 7th row of both sides.
+// Coordinates and pixels of some rows.
 static uint32_t add_rows(uint32_t crc, const struct rectify_plan *plan,
                          const struct calibration *rig, enum rectify_side side) {
     const size_t bytes = rectify_table_need_bytes(plan);
@@ -148,7 +148,7 @@ static uint32_t add_rows(uint32_t crc, const struct rectify_plan *plan,
                                         .grey = {raw, raw_width, raw_height, raw_width}};
     int32_t *work_q16 = must_have(2 * width * sizeof *work_q16);
     uint8_t *row = must_have(width);
-    for (int y = 0; y < plan->height_px; y += 7) {
+    for (int y = 0; y < plan->height_px; y += draws(7, 24)) {
         const struct rectify_extent extent = rectify_row_extent(&table, y, work_q16);
         memset(row, 0, width);
         rectify_row_strip(&table, &strip, &extent, y, row, NULL, work_q16);
@@ -170,7 +170,7 @@ static uint32_t add_rows(uint32_t crc, const struct rectify_plan *plan,
 static uint32_t digest_rectify(void) {
     uint32_t crc = 0;
     const struct rectify_options options = {.scale = 1};
-    for (int i = 0; i < 30; i++) {
+    for (int i = 0; i < draws(30, 1); i++) {
         const struct calibration rig = random_rig();
         struct rectify_plan plan;
         const int error = rectify_plan_make(&rig, &options, &plan);
@@ -187,7 +187,7 @@ static uint32_t digest_rectify(void) {
 static uint32_t digest_triangulate(void) {
     uint32_t crc = 0;
     const struct rectify_options options = {.scale = 1};
-    for (int i = 0; i < 100; i++) {
+    for (int i = 0; i < draws(100, 1); i++) {
         const struct calibration rig = random_rig();
         struct rectify_plan plan;
         struct triangulate_plan fixed;
@@ -221,7 +221,7 @@ static uint32_t digest_triangulate(void) {
 static uint32_t digest_mesh(void) {
     enum { WIDTH = 200 };
     uint32_t crc = 0;
-    for (int i = 0; i < 50; i++) {
+    for (int i = 0; i < draws(50, 2); i++) {
         int32_t disparity_q8[2][WIDTH];
         uint32_t vertex[2][WIDTH];
         struct triangulate_point point[2][WIDTH];
@@ -258,7 +258,7 @@ static uint32_t digest_mesh(void) {
 
 static uint32_t digest_speckle_filter(void) {
     uint32_t crc = 0;
-    for (int i = 0; i < 20; i++) {
+    for (int i = 0; i < draws(20, 1); i++) {
         for (int k = 0; k < PAIR_PIXELS; k++) {
             pair.disparity_q8[k] = (int32_t)(next_random() % (200u + 100u * (unsigned)i));
             pair.reason[k] = (uint8_t)(next_random() % 3u == 0 ? REASON_OCCLUDED : REASON_VALID);
@@ -284,7 +284,7 @@ static uint32_t digest_debayer(void) {
     uint32_t crc = 0;
     static uint16_t raw[WIDTH * HEIGHT], rgb[3 * WIDTH];
     static int32_t work[3 * (WIDTH + DEBAYER_MARGIN_PX)];
-    for (int bits = 8; bits <= 16; bits++) {
+    for (int bits = 8; bits <= 16; bits += draws(1, 4)) {
         for (int i = 0; i < WIDTH * HEIGHT; i++) {
             raw[i] = (uint16_t)(next_random() >> (64 - bits));
         }
@@ -301,7 +301,7 @@ static uint32_t digest_debayer(void) {
 
 static uint32_t digest_calibration(void) {
     uint32_t crc = 0;
-    for (int i = 0; i < 50; i++) {
+    for (int i = 0; i < draws(50, 1); i++) {
         const struct calibration rig = random_rig();
         struct calibration again;
         char text[2][CALIBRATION_TEXT_MAX_BYTES + 1];
@@ -339,8 +339,14 @@ static const struct {
     {"measure", digest_measure},
 };
 
-// The optional argument names the matcher's level that this program has to select.
+// core_digest [--short] [LEVEL]: the matcher's level that this program has to select.
 int main(int argc, char **argv) {
+    is_short = argc > 1 && strcmp(argv[1], "--short") == 0;
+    if (is_short) {
+        shorten_pair();
+    }
+    argc -= is_short;
+    argv += is_short;
     const char *chosen = match_kernels_best()->name;
     if (argc > 1 && strcmp(chosen, argv[1]) != 0) {
         fprintf(stderr, "core_digest: the matcher runs %s, not %s\n", chosen, argv[1]);

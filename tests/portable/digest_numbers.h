@@ -3,6 +3,7 @@
 #ifndef VERGENCE_PORTABLE_DIGEST_NUMBERS_H
 #define VERGENCE_PORTABLE_DIGEST_NUMBERS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,6 +46,13 @@ static uint64_t next_random(void) {
 // Exact on every target: 53 random bits over a power of two.
 static double uniform(double low, double high) {
     return low + (high - low) * ((double)(next_random() >> 11) / 9007199254740992.0);
+}
+
+// The short form, for processors of which only a simulator is at hand: fewer draws of everything.
+static bool is_short;
+
+static int draws(int all, int few) {
+    return is_short ? few : all;
 }
 
 static void *must_have(size_t bytes) {

@@ -19,7 +19,7 @@ static uint32_t digest_focus(void) {
     enum { STRIDE = 70, ROWS = 50, BITS = 10 };
     uint32_t crc = 0;
     static uint16_t values[STRIDE * ROWS];
-    for (unsigned i = 0; i < 40; i++) {
+    for (unsigned i = 0; i < (is_short ? 4 : 40); i++) {
         for (unsigned k = 0; k < STRIDE * ROWS; k++) {
             values[k] = (uint16_t)((next_random() >> 56) + k / STRIDE * i);
         }
@@ -56,7 +56,7 @@ static uint32_t digest_exposure(void) {
     enum { WIDTH = 90, HEIGHT = 12 };
     uint32_t crc = 0;
     static uint16_t row[WIDTH];
-    for (int i = 0; i < 60; i++) {
+    for (int i = 0; i < draws(60, 10); i++) {
         struct exposure_histogram histogram;
         const int bits = 8 + i % 9;
         exposure_histogram_begin(&histogram, (enum exposure_pattern)(i % 3), bits, (uint16_t)i);
@@ -87,19 +87,20 @@ static struct focus_sample sample_at(double position, double peak, enum focus_le
 
 static uint32_t digest_focus_search(void) {
     uint32_t crc = 0;
-    for (int i = 0; i < 20; i++) {
+    for (int i = 0; i < draws(20, 1); i++) {
         static struct focus_search search;
-        const struct focus_search_options options = {.min = 300,
-                                                     .max = 850,
-                                                     .from_above = i % 2 == 0,
-                                                     .run_up = 10,
-                                                     .tolerance = 2,
-                                                     .blur_per_count_px = 0.2,
-                                                     .counts_per_frame = uniform(2, 12),
-                                                     .noise_ratio = 1,
-                                                     .region_px = 100};
-        const double peak = uniform(330, 820);
-        struct focus_step step = focus_search_begin(&search, &options, uniform(300, 850));
+        const struct focus_search_options options = {
+            .min = 300,
+            .max = is_short ? 560 : 850,
+            .from_above = i % 2 == 0,
+            .run_up = 10,
+            .tolerance = 2,
+            .blur_per_count_px = 0.2,
+            .counts_per_frame = uniform(is_short ? 10 : 2, 12),
+            .noise_ratio = 1,
+            .region_px = 100};
+        const double peak = uniform(330, options.max - 30);
+        struct focus_step step = focus_search_begin(&search, &options, uniform(300, options.max));
         double at = search.begin;
         while (step.kind != FOCUS_STEP_END) {
             const double from = at;
@@ -126,7 +127,7 @@ static uint32_t digest_focus_search(void) {
 
 static uint32_t digest_exposure_search(void) {
     uint32_t crc = 0;
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < draws(200, 10); i++) {
         const struct exposure_limits limits = {.row_ns = 30000,
                                                .min_us = 30,
                                                .max_us = 1000000,
@@ -159,7 +160,7 @@ static uint32_t digest_exposure_search(void) {
 
 static uint32_t digest_measure(void) {
     uint32_t crc = 0;
-    for (int i = 0; i < 64; i++) {
+    for (int i = 0; i < draws(64, 8); i++) {
         const struct measure_instrument instrument = {.ready = i % 2 != 0,
                                                       .servos = i % 3 != 0,
                                                       .zoom = i % 5 != 0,
