@@ -7,6 +7,7 @@
 #include "stereo/row_residual.h"
 
 #include "core/error.h"
+#include "core/invariant.h"
 #include "stereo/image/reason.h"
 
 enum {
@@ -123,6 +124,7 @@ static bool cut_target(const struct image_u8 *left, int x, int y, struct target 
     }
     // Four digits: the inverse decides how fast positions converge, not where.
     const int64_t determinant = (int64_t)xx * yy - (int64_t)xy * xy;
+    INVARIANT(determinant > 0);
     const int shift = 48 - __builtin_clzll((unsigned long long)determinant);
     const int reciprocal = (int)((1U << 31) / (uint32_t)(determinant >> shift));
     target->inverse_xx_q40 = (int)(((int64_t)yy * reciprocal * (1 << 9)) >> shift);
@@ -163,6 +165,7 @@ static bool is_below(int64_t value, int limit) {
 // of the left window, so its tensor serves all steps. Returns false if it does not converge.
 static bool align(const struct image_u8 *right, const struct target *target, int x_right_q16, int y,
                   int start, int *vertical_q16) {
+    INVARIANT(start > -REACH && start < REACH);
     int dx_q16 = 0;
     int dy_q16 = 0;  // from `start`
     int64_t last_q32 = INT64_MAX;
@@ -232,6 +235,7 @@ static void sample_rows(struct row_residual *residual, int end) {
 }
 
 static void begin_lattice(struct row_residual *residual, int step) {
+    INVARIANT(step >= STEP_MIN);
     residual->step = step;
     residual->next_y = step / 2;
     residual->count = 0;
@@ -254,6 +258,7 @@ int row_residual_begin(struct row_residual *residual, const struct match_input *
 
 void row_residual_add(struct row_residual *residual, int rows) {
     const int height = residual->input->left.height;
+    INVARIANT(rows >= 0 && residual->next_y >= residual->step / 2);
     sample_rows(residual, rows < height ? rows - ROW_RESIDUAL_AROUND : height);
 }
 

@@ -33,6 +33,7 @@ static const uint8_t Y_POWER[SURFACE_MAX_TERMS] = {0, 0, 1, 0, 1, 2};
 // the greatest change of what was there.
 static int find_distances(const struct surface *surface, bool is_alone,
                           const struct row_sample *samples, int count, int16_t *distance_q12) {
+    INVARIANT(surface->degree == 1 || surface->degree == 2);
     const int64_t *f = surface->factor_q28;
     int64_t offset_q28 = 0, slope_q28 = 0;
     int greatest = 0;
@@ -75,6 +76,7 @@ static void add_row(struct moments *moments, int degree, int y, const int64_t we
 // With Cauchy's weights, 1 / (1 + (distance / scale)^2).
 static void sum_moments(const struct row_sample *samples, int count, const int16_t *distance_q12,
                         int scale_q12, int degree, struct moments *moments) {
+    INVARIANT(scale_q12 > 0 && scale_q12 <= 1 << 24);
     const int per_distance_q16 = (1 << 24) / scale_q12;
     const int far_q12 = INT32_MAX / per_distance_q16;  // without weight from here
     for (int i = 0; i < count;) {
@@ -109,6 +111,7 @@ struct normal_equations {
 // Solves a symmetric system of equations by elimination, overwriting it; false if it is close to
 // singular.
 static bool solve(struct normal_equations *n, int terms, double result[SURFACE_MAX_TERMS]) {
+    INVARIANT(terms > 0 && terms <= SURFACE_MAX_TERMS);
     double share = 1.0;
     for (int i = 0; i < terms; i++) {
         const double diagonal = n->a[i][i];
@@ -162,6 +165,7 @@ static bool solve_surface(const struct moments *moments, struct surface *surface
 
 // The value at `percent` of the sorted ones, by bisection.
 static int quantile(const int16_t *values, int count, int percent) {
+    INVARIANT(count > 0 && percent >= 0 && percent <= 100);
     const int rank = (count - 1) * percent / 100;
     int low = INT16_MIN, high = INT16_MAX;
     while (low < high) {
@@ -206,6 +210,7 @@ static double pixels_of(int value_q12) {
 
 void row_trend_fit(const struct row_sample *samples, int count, int16_t *work,
                    struct row_trend *trend) {
+    INVARIANT(count > 0);
     for (int i = 0; i < count; i++) {
         work[i] = samples[i].vertical_q12;
     }

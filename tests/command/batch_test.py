@@ -34,7 +34,9 @@ class Batch(Fixture):
             session.end()
 
     def content(self, out):
-        return {path.relative_to(out): path.read_bytes() for path in sorted(out.rglob("disparity.pfm"))}
+        # A worker that is killed while it writes leaves a hidden folder.
+        return {path.relative_to(out): path.read_bytes() for path in sorted(out.rglob("disparity.pfm"))
+                if ".vergence-" not in str(path.relative_to(out))}
 
     def test_rows_and_files_here(self):
         frame = next((self.sessions / "short").glob("frame-*"))
