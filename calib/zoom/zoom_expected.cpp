@@ -250,6 +250,7 @@ double board_distance_mm(const zoom_solution &solution) {
 }
 
 zoom_state zoom_aimed(const zoom_calibration &calibration, double share, double depth_mm) {
+    INVARIANT(share >= 0 && share <= 1 && depth_mm > 0);
     const double point_mm[3] = {0.5 * calibration.camera[1].mount[ZOOM_POSITION_X], 0, depth_mm};
     zoom_state state{};
     for (size_t side = 0; side < 2; side++) {

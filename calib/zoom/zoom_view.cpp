@@ -183,6 +183,7 @@ focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, s
     apply(T_instrument_board, on_board, in_instrument);
     apply(posed.T_camera_instrument, in_instrument, in_camera);
     row.residual = posed.focus_dioptre - 1e3 / std::fmax(1, in_camera[2]);
+    INVARIANT(posed.focal_px > 0);
     row.sigma = std::hypot(shot.focused_sigma, FOCUSED_WIDE / (posed.focal_px * posed.focal_px));
     double basis[ZOOM_TERMS_MAX];
     zoom_chebyshev(zoom_range_unit(&side.log_focal, std::log(posed.focal_px)), ZOOM_TERMS_MAX,

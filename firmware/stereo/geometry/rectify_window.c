@@ -132,8 +132,8 @@ static void find_levels(const struct rectify_outline *outline, const struct leve
     }
 }
 
-// Interval of an outline at one level; empty (low > high) if it does not reach it. Integers rule out
-// the edges that are not near the level, as doubles are slow on some processors.
+// Interval of an outline at one level; empty (low > high) if it does not reach it. Integers rule
+// out the edges that are not near the level, as doubles are slow on some processors.
 static void cut_outline(const struct rectify_outline *outline,
                         const int16_t point_level[RECTIFY_OUTLINE_POINTS],
                         const struct levels *levels, int level, double *low, double *high) {
