@@ -259,8 +259,7 @@ zoom_state zoom_aimed(const zoom_calibration &calibration, double share, double 
             camera.zoom.min + (camera.zoom.max - camera.zoom.min) * share;
         state.side[side].focus_counts = 0.5 * (camera.focus.min + camera.focus.max);
     }
-    // By how much the point is beside each camera's axis, which is where its horn and mount have
-    // it.
+    // Turns each camera by the angle of the point from its axis, which its horn and mount decide.
     for (int pass = 0; pass < 2; pass++) {
         zoom_pair pair;
         zoom_pair_at(calibration.camera, &state, &pair);

@@ -172,8 +172,11 @@ focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, s
     const zoom_problem::capture &shot = problem.captures[capture];
     const zoom_axes &axes = shot.axes[size_t(camera)];
     focus_row row;
+    if (shot.focused_sigma <= 0 || is_at_stop(side.focus, axes.focus_counts)) {
+        return row;
+    }
     const bundle_corner *middle = corner_in_middle(side.frame, shot.view[size_t(camera)]);
-    if (shot.focused_sigma <= 0 || middle == nullptr || is_at_stop(side.focus, axes.focus_counts)) {
+    if (middle == nullptr) {
         return row;
     }
     const bundle &board = problem.boards[shot.board][size_t(camera)];

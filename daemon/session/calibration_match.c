@@ -207,8 +207,8 @@ static int match_axis(const struct calibration_axis *then, const struct calibrat
                       const char *accept, struct message *message) {
     const double limit = limit_of(instrument, axis);
     const bool apart = calibration_match_is_apart(instrument, axis, then->mean, here->mean);
-    const char *const side_name = rig_side_names[side], *const name =
-                                                            calibration_reply_axis_name(axis);
+    const char *const side_name = rig_side_names[side];
+    const char *const name = calibration_reply_axis_name(axis);
     const char *const unit = calibration_reply_axis_unit(axis);
     const int decimals = axis == CALIBRATION_PAN ? 3 : 1;
     const bool unset = is_unset(here, side, axis, instrument);

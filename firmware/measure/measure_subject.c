@@ -140,25 +140,22 @@ static struct layer nearest_layer(const struct depths *depths) {
     return layer;
 }
 
+// The bin in which a layer has its `*rank`-th point, from 0; `*rank` becomes that within the bin.
+static int bin_of_rank(const struct depths *depths, const struct layer *layer, uint32_t *rank) {
+    int bin = layer->first;
+    while (bin < layer->last && *rank >= depths->count[bin]) {
+        *rank -= depths->count[bin++];
+    }
+    return bin;
+}
+
 // The depth of a layer's middle point; points are spread evenly over their bin.
 static int32_t middle_of(const struct depths *depths, const struct layer *layer) {
     uint32_t rank = layer->points / 2;
-    int bin = layer->first;
-    while (bin < layer->last && rank >= depths->count[bin]) {
-        rank -= depths->count[bin++];
-    }
+    const int bin = bin_of_rank(depths, layer, &rank);
     const int64_t width_um = (int64_t)depths->begin_um[bin + 1] - depths->begin_um[bin];
     return (int32_t)(depths->begin_um[bin] +
                      width_um * (2 * (int64_t)rank + 1) / (2 * (int64_t)depths->count[bin]));
-}
-
-// The bin in which a layer has its `rank`-th point, from 0.
-static int bin_of_rank(const struct depths *depths, const struct layer *layer, uint32_t rank) {
-    int bin = layer->first;
-    while (bin < layer->last && rank >= depths->count[bin]) {
-        rank -= depths->count[bin++];
-    }
-    return bin;
 }
 
 // The points of a cone around the ray that has enough of them. 0: none has.
@@ -232,9 +229,9 @@ bool measure_subject_find(const struct triangulate_point *points, uint32_t count
     if (layer.points == 0) {
         return false;
     }
-    const uint32_t end = layer.points / END_PART;
-    const int first = bin_of_rank(&depths, &layer, end);
-    const int last = bin_of_rank(&depths, &layer, layer.points - 1 - end);
+    uint32_t low = layer.points / END_PART, high = layer.points - 1 - low;
+    const int first = bin_of_rank(&depths, &layer, &low);
+    const int last = bin_of_rank(&depths, &layer, &high);
     const struct measure_ray *ray = &request->ray;
     *subject = (struct measure_subject){.near_um = depths.begin_um[first],
                                         .far_um = depths.begin_um[last + 1],

@@ -11,7 +11,7 @@
 #include "rig/rig.h"
 
 struct file {
-    char name[MEMORY_FILE_NAME_BYTES];  // "DIRECTORY/NAME", or "NAME"; "": there is none
+    char name[MEMORY_FILE_NAME_BYTES];  // "DIRECTORY/NAME", or "NAME"; "": no file
     memory_file_read *read;
     const void *source;
     size_t bytes;
