@@ -5,86 +5,6 @@
 
 #include "stereo/subpixel_strip.h"
 
-#if defined(__bfin__)
-#include "stereo/bfin/pairs.h"
-
-// Rows around the one that is smoothed, by distance.
-struct smooth_rows {
-    const uint16_t *above[SUBPIXEL_RADIUS + 1], *below[SUBPIXEL_RADIUS + 1];
-    const uint16_t *bad_above[SUBPIXEL_RADIUS + 1], *bad_below[SUBPIXEL_RADIUS + 1];
-};
-
-struct smooth_sums {
-    pair16 sum, pairs, rough;  // sum: of the differences, middle - neighbour
-};
-
-// As ADD_PAIR below, for two pixels.
-static inline void add_pair(pair16 middle, pair16 below, pair16 above, pair16 bad, const bool last,
-                            struct smooth_sums *sums) {
-    const pair16 one = middle - below, other = middle - above;
-    const pair16 farther = pair_max(pair_abs(one), pair_abs(other));
-    const pair16 agree = ~(pair_sign(pair_of(SMOOTH_STEP_Q8) - farther) | bad);
-    const pair16 both = (one + other) & agree;
-    sums->sum = sums->sum + both;
-    sums->pairs = sums->pairs - agree;
-    if (last) {
-        sums->rough = sums->rough + pair_abs(both);
-    }
-}
-
-// Adds the neighbours `down` rows away, from `first` columns on to two columns.
-static inline void add_pairs(const struct smooth_rows *rows, int x, const int down, const int first,
-                             pair16 middle, const bool last, struct smooth_sums *sums) {
-    const uint16_t *below = rows->below[down] + x, *above = rows->above[down] + x;
-    const uint16_t *bad_below = rows->bad_below[down] + x, *bad_above = rows->bad_above[down] + x;
-    for (int along = first; along <= SUBPIXEL_RADIUS; along++) {
-        pair16 under, over, bad;
-        if (along % 2 == 0) {
-            under = pair_load(below, along);
-            over = pair_load(above, -along);
-            bad = pair_load(bad_below, along) | pair_load(bad_above, -along);
-        } else {
-            under = pair_between(pair_load(below, along - 1), pair_load(below, along + 1));
-            over = pair_between(pair_load(above, -along - 1), pair_load(above, 1 - along));
-            bad = pair_between(pair_load(bad_below, along - 1), pair_load(bad_below, along + 1)) |
-                  pair_between(pair_load(bad_above, -along - 1), pair_load(bad_above, 1 - along));
-        }
-        add_pair(middle, under, over, bad, last, sums);
-    }
-}
-
-// As below.
-__attribute__((always_inline)) static inline void smooth_row(const struct subpixel_strip *strip,
-                                                             const struct subpixel_ring *present,
-                                                             int y, uint16_t *next,
-                                                             const bool last) {
-    struct smooth_rows rows;
-    for (int j = 0; j <= SUBPIXEL_RADIUS; j++) {
-        rows.above[j] = subpixel_row(present, y - j);
-        rows.below[j] = subpixel_row(present, y + j);
-        rows.bad_above[j] = subpixel_row(&strip->bad, y - j);
-        rows.bad_below[j] = subpixel_row(&strip->bad, y + j);
-    }
-    for (int x = 0; x < strip->columns; x += 2) {
-        const pair16 middle = pair_load(rows.above[0], x);
-        struct smooth_sums sums = {pair_of(0), pair_of(0), pair_of(0)};
-        add_pairs(&rows, x, 0, 1, middle, last, &sums);
-        add_pairs(&rows, x, 1, -SUBPIXEL_RADIUS, middle, last, &sums);
-        add_pairs(&rows, x, 2, -SUBPIXEL_RADIUS, middle, last, &sums);
-        const pair16 count = sums.pairs + sums.pairs + pair_of(1);
-        const pair16 mean = pair_divide(pair_abs(sums.sum), count, SMOOTH_BITS);
-        const pair16 move = pair_min(mean, pair_of(SMOOTH_MAX_Q8));
-        const pair16 down = pair_sign(sums.sum);
-        pair_store(next, x, middle - (move ^ down) + down);
-        if (last) {
-            pair_store(strip->pairs, x, sums.pairs);
-            pair_store(strip->rough, x, sums.rough);
-        }
-    }
-}
-
-#else
-
 // Adds opposite neighbours, `down` rows and `along` columns away, that both agree with the middle:
 // unbiased on any slope, also next to an edge. Disparities modulo 256 px suffice: surfaces that far
 // apart are taken for one where their distance differs from it by less than SMOOTH_STEP_Q8.
@@ -153,7 +73,5 @@ __attribute__((always_inline)) static inline void smooth_row(const struct subpix
         }
     }
 }
-
-#endif
 
 #endif
