@@ -38,6 +38,7 @@ const char *adjust_health_text(enum adjust_health health) {
 // Matches of one pair; `track` is behind those of other pairs.
 struct matches {
     const struct adjust_picture *picture;
+    struct adjust_picture reduced;  // if smooth
     struct adjustment *adjustment;
     struct adjust_tracks *all;
     struct sparse_picture corners[2];
@@ -251,14 +252,63 @@ static void keep(struct matches *m) {
     }
 }
 
-static int run(struct matches *m, struct arena *arena, struct adjust_report *report) {
+// ERROR_MEMORY, ERROR_TOO_SMALL.
+static int find_corners(const struct adjust_picture *picture, struct arena *arena,
+                        struct sparse_picture corners[2]) {
     for (int side = 0; side < 2; side++) {
-        const int error = sparse_picture_make(&m->picture->grey[side],
+        const int error = sparse_picture_make(&picture->grey[side],
                                               side == 0 ? SPARSE_LEFT_MAX : SPARSE_RIGHT_MAX, arena,
-                                              &m->corners[side]);
+                                              &corners[side]);
         if (error != ERROR_OK) {
-            return error == ERROR_TOO_SMALL ? ERROR_OK : error;
+            return error;
         }
+    }
+    return ERROR_OK;
+}
+
+// The same pictures with `factor` times fewer pixels along each side. ERROR_MEMORY.
+static int reduce(const struct adjust_picture *picture, int factor, struct arena *arena,
+                  struct adjust_picture *reduced) {
+    INVARIANT(factor > 1);
+    *reduced = *picture;
+    for (int side = 0; side < 2; side++) {
+        const int width = picture->grey[side].width / factor;
+        const int height = picture->grey[side].height / factor;
+        struct calibration_window *window = &reduced->window[side];
+        reduced->grey[side] = (struct image_u8){
+            arena_take(arena, (size_t)width * (size_t)height, 1), width, height, width};
+        if (reduced->grey[side].data == NULL) {
+            return ERROR_MEMORY;
+        }
+        sparse_reduce(&picture->grey[side], factor, &reduced->grey[side]);
+        // A mean is in the middle of its pixels, where `early_px` has what a sensor skips.
+        window->column_px += (factor - 1) * window->skip;
+        window->row_px += (factor - 1) * window->skip;
+        window->skip *= factor;
+    }
+    return ERROR_OK;
+}
+
+// Of smooth pictures, which have few corners, those of the reduced ones if these have more.
+static int choose_corners(struct matches *m, struct arena *arena) {
+    int error = find_corners(m->picture, arena, m->corners);
+    if (error != ERROR_OK || m->corners[0].count >= DISTINCT_MIN) {
+        return error;
+    }
+    struct sparse_picture corners[2];
+    error = reduce(m->picture, 2 * m->corners[0].factor, arena, &m->reduced);
+    error = error == ERROR_OK ? find_corners(&m->reduced, arena, corners) : error;
+    if (error == ERROR_OK && corners[0].count > m->corners[0].count) {
+        m->picture = &m->reduced;
+        memcpy(m->corners, corners, sizeof corners);
+    }
+    return error == ERROR_TOO_SMALL ? ERROR_OK : error;
+}
+
+static int run(struct matches *m, struct arena *arena, struct adjust_report *report) {
+    const int found = choose_corners(m, arena);
+    if (found != ERROR_OK) {
+        return found == ERROR_TOO_SMALL ? ERROR_OK : found;
     }
     report->corners = m->corners[0].count;
     // First where the prior allows; then, better known, where the first pass allows, which
@@ -320,6 +370,10 @@ size_t adjust_pair_match_need_bytes(int width, int height) {
            2 * arena_need_bytes(SPARSE_LEFT_MAX, sizeof(float)) +
            sparse_picture_need_bytes(width, height, SPARSE_LEFT_MAX) +
            sparse_picture_need_bytes(width, height, SPARSE_RIGHT_MAX) +
+           // The reduced ones.
+           2 * arena_need_bytes((size_t)(width / 2) * (size_t)(height / 2), 1) +
+           sparse_picture_need_bytes(width / 2, height / 2, SPARSE_LEFT_MAX) +
+           sparse_picture_need_bytes(width / 2, height / 2, SPARSE_RIGHT_MAX) +
            sparse_match_need_bytes(SPARSE_LEFT_MAX, SPARSE_RIGHT_MAX);
 }
 

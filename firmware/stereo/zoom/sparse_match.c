@@ -30,8 +30,7 @@ static int level_factor(int width, int height) {
     return factor;
 }
 
-// The picture reduced by means of squares.
-static void reduce(const struct image_u8 *image, int factor, struct image_u8 *level) {
+void sparse_reduce(const struct image_u8 *image, int factor, struct image_u8 *level) {
     INVARIANT(factor >= 1 && level->width * factor <= image->width);
     for (int y = 0; y < level->height; y++) {
         uint8_t *out = image_u8_row(level, y);
@@ -212,7 +211,7 @@ int sparse_picture_make(const struct image_u8 *image, int max, struct arena *are
     if (picture->level.data == NULL || cells.best == NULL || work == NULL) {
         return ERROR_MEMORY;
     }
-    reduce(image, factor, &picture->level);
+    sparse_reduce(image, factor, &picture->level);
     smooth(&picture->level, (uint8_t *)work);
     memset(cells.best, 0, cell_count * sizeof *cells.best);
     const struct sums sums = {work, work + width, work + 2 * width};

@@ -42,6 +42,9 @@ struct sparse_picture {
     struct sparse_corner *corner;  // sorted by rows
 };
 
+/// Means over squares of `factor` px; `level` has its size and memory.
+void sparse_reduce(const struct image_u8 *image, int factor, struct image_u8 *level);
+
 /// Finds at most `max` corners, spread over the picture. ERROR_MEMORY, ERROR_TOO_SMALL.
 int sparse_picture_make(const struct image_u8 *image, int max, struct arena *arena,
                         struct sparse_picture *picture);

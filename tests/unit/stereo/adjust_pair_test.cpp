@@ -41,7 +41,7 @@ double relief_mm(double x, double y) {
 }
 
 // What a camera sees of the relief, every second pixel of the sensor both ways.
-std::vector<uint8_t> picture(const Camera &camera, double texture_mm) {
+std::vector<uint8_t> picture(const Camera &camera, double texture_mm, double contrast) {
     std::vector<uint8_t> grey(static_cast<size_t>(kWidth) * kHeight);
     for (int v = 0; v < kHeight; v++) {
         for (int u = 0; u < kWidth; u++) {
@@ -55,7 +55,7 @@ std::vector<uint8_t> picture(const Camera &camera, double texture_mm) {
             const double value = 0.6 * grain(at_x / texture_mm, at_y / texture_mm) +
                                  0.4 * grain(at_x / (3 * texture_mm) + 40, at_y / (3 * texture_mm));
             grey[static_cast<size_t>(v) * kWidth + static_cast<size_t>(u)] =
-                static_cast<uint8_t>(30 + 190 * value);
+                static_cast<uint8_t>(30 + contrast * value);
         }
     }
     return grey;
@@ -68,7 +68,8 @@ struct Scene {
 };
 
 // Motors off by `counts` and `pan_rad`, in opposite ways; `texture_mm` 0: of 6 px.
-Scene scene(double zoom, double counts, double pan_rad, double texture_mm = 0) {
+Scene scene(double zoom, double counts, double pan_rad, double texture_mm = 0,
+            double contrast = 190) {
     Scene scene = {};
     scene.picture.axes = zoom_rig::state(zoom, 1800);
     scene.picture.depth_near_mm = 500;
@@ -79,7 +80,7 @@ Scene scene(double zoom, double counts, double pan_rad, double texture_mm = 0) {
         scene.truth[side] = zoom_rig::camera_at(side, at.zoom_counts + sign * counts,
                                                 at.focus_counts, at.pan_rad + sign * pan_rad, true);
         const double grain_mm = texture_mm > 0 ? texture_mm : 6 * 1800 / scene.truth[0].fx;
-        scene.pixels[side] = ::picture(scene.truth[side], grain_mm);
+        scene.pixels[side] = ::picture(scene.truth[side], grain_mm, contrast);
         scene.picture.grey[side] = {scene.pixels[side].data(), kWidth, kHeight, kWidth};
         scene.picture.window[side] = {0, 0, kSkip};
     }
@@ -120,6 +121,26 @@ TEST_CASE("a refined pair has its rows together and its focal lengths in the rig
         CHECK(std::abs(result.left.fx_px * kSkip / at.truth[0].fx - 1) < 4 * report.focal.before);
         CHECK(calibration_depth_sigma_mm(&result, report.depth_mm) >= report.depth.after * 0.999);
     }
+}
+
+// What is out of focus or has faint grain shows its corners only at a smaller scale.
+TEST_CASE("a pair with smooth texture is refined from smaller pictures") {
+    const auto rig = zoom_rig::calibration();
+    const double grain_mm = 32 * 1800 / scene(840, 0, 0).truth[0].fx;
+    Scene at = scene(840, 2, 0.3 * M_PI / 180, grain_mm, 45);
+    Memory memory(need());
+    calibration result;
+    adjust_report report;
+    calibration_fault fault = {};
+    REQUIRE(adjust_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, &fault) ==
+            ERROR_OK);
+    CHECK(memory.pool.peak_bytes <= need());
+    CHECK(report.corners > 200);
+    CHECK(report.used > 100);
+    CHECK(report.rows_px < 0.4);
+    const double ratio = at.truth[1].fx / at.truth[0].fx;
+    CHECK(std::abs(result.right.fx_px / result.left.fx_px / ratio - 1) < 4 * report.ratio.after);
+    CHECK(result.left.width_px == kWidth);
 }
 
 TEST_CASE("pictures before and after zooming show where the rings are") {
