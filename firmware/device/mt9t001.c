@@ -17,6 +17,7 @@ enum {
     SHUTTER_WIDTH_HIGH = 0x08,
     SHUTTER_WIDTH = 0x09,
     PIXEL_CLOCK_CONTROL = 0x0A,
+    FRAME_RESTART = 0x0B,
     SHUTTER_DELAY = 0x0C,
     RESET = 0x0D,
     READ_MODE_1 = 0x1E,
@@ -268,6 +269,12 @@ int mt9t001_set_gain(struct mt9t001 *self, uint16_t gain_q3) {
     uint16_t code = 0;
     const int error = mt9t001_gain_code(gain_q3, &code, &wanted.gain_q3);
     return error == ERROR_OK ? change_to(self, &wanted) : error;
+}
+
+int mt9t001_restart(struct mt9t001 *self) {
+    uint8_t bytes[] = {FRAME_RESTART, 0, 1};
+    const struct hal_i2c_message message = {bytes, sizeof bytes, self->address, false};
+    return run(self, &message, 1, NULL, 0);
 }
 
 int mt9t001_set_test_data(struct mt9t001 *self, uint16_t value) {

@@ -98,6 +98,9 @@ int mt9t001_set_like(struct mt9t001 *self, const struct mt9t001 *like);
 int mt9t001_set_shutter(struct mt9t001 *self, uint32_t rows);
 /// Sets the gain of all colours, in 1/8; `gain_q3` is then the nearest gain of the sensor.
 int mt9t001_set_gain(struct mt9t001 *self, uint16_t gain_q3);
+/// Abandons the frame that is exposed or sent: the next one is exposed from now on, with the
+/// settings that were made before. Not read back: the sensor clears it.
+int mt9t001_restart(struct mt9t001 *self);
 /// Replaces all pixels by `value` (10 bits) from the next frame on, to test the lines; ends with
 /// the next change of another setting.
 int mt9t001_set_test_data(struct mt9t001 *self, uint16_t value);

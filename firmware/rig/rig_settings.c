@@ -14,6 +14,9 @@ enum {
     // A webcam's lens is at rest again after this time, and this long for its whole way.
     FOCUS_REST_US = 80000,
     FOCUS_WAY_US = 200000,
+    // Longer than any frame takes to be sent. What a setting takes effect after, up to three frames
+    // of long exposures, is then abandoned.
+    RESTART_US = 100000,
 };
 
 static int refuse_sides(unsigned sides) {
@@ -22,8 +25,15 @@ static int refuse_sides(unsigned sides) {
 
 int rig_camera_sensor_was_set(struct rig *self, unsigned side, uint64_t before_us, int error) {
     const enum rig_part part = rig_part_of(RIG_PART_LEFT_SENSOR, side);
+    const uint64_t frame_us = rig_camera_frame_us(self, side);
+    const bool restart = error == ERROR_OK && (before_us > RESTART_US || frame_us > RESTART_US);
+    error = restart ? mt9t001_restart(&self->camera[side].sensor) : error;
     rig_part_used(self, part, error);
-    rig_camera_unsettle(self, side, before_us);
+    if (restart) {
+        self->camera[side].settled_at_us = rig_now_us(self);
+    } else {
+        rig_camera_unsettle(self, side, before_us);
+    }
     return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, rig_bus_failed(self, part, error));
 }
 

@@ -15,6 +15,7 @@
 
 #include "bench/rig_bench.hpp"
 #include "rig/auto/autoexposure.h"
+#include "rig/pair_frame.h"
 #include "synthetic/seed.hpp"
 
 using rig_bench::RigBench;
@@ -60,7 +61,8 @@ struct Bench : RigBench {
     scratch folder;
 
     // Searches thin whole fields; only pairs are rendered at full size.
-    explicit Bench(double light = 1) : RigBench(small_profile(2048, 1536)) {
+    explicit Bench(double light = 1, const rig_profile &profile = small_profile(2048, 1536))
+        : RigBench(profile) {
         show(scene(light));
         REQUIRE_MESSAGE(rig_bringup(&rig) == ERROR_OK, rig.last_error.text);
     }
@@ -185,6 +187,30 @@ TEST_CASE("both cameras end equally bright, whatever the light and the start") {
         "| brightness difference of the cameras on pairs, p50 / max | %.2f / %.2f %% | - / 2 %% "
         "|\n",
         100 * differences[differences.size() / 2], 100 * differences.back());
+}
+
+// A sensor that sends its present frame first, and two more until a setting is in force, takes up
+// to four exposures.
+TEST_CASE("a long exposure begins at once, and the next frame has it") {
+    Bench bench(0.005, small_profile(256, 192));
+    double light = 0;
+    // The first one chooses the camera.
+    for (const uint32_t exposure_us : {10000U, 400000U, 1200000U, 200000U}) {
+        CAPTURE(exposure_us);
+        bench.set(exposure_us, 8);
+        const uint64_t begin_us = bench.now_us();
+        pair_frame frame{};
+        REQUIRE_MESSAGE(pair_take_frame(&bench.rig, RIG_LEFT, begin_us, &frame) == ERROR_OK,
+                        bench.rig.last_error.text);
+        const double seen = middle(frame) / frame.exposure_us;
+        raw_image_release(&frame.image);
+        if (exposure_us < 100000) {
+            continue;
+        }
+        CHECK(frame.begin_us - begin_us < exposure_us + exposure_us / 20);
+        light = light == 0 ? seen : light;
+        CHECK(seen == doctest::Approx(light).epsilon(0.05));
+    }
 }
 
 TEST_CASE("the iris closes for light that is too strong, and opens for too little") {

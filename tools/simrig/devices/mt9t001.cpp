@@ -289,8 +289,8 @@ void Mt9t001::begin_frame(double period_us) {
 }
 
 void Mt9t001::begin_if_due(double period_us) {
-    if (restart_ && state_ == State::kReading) {
-        state_ = State::kStopped;  // the frame is abandoned at once
+    if (restart_ && state_ != State::kStopped) {
+        state_ = State::kStopped;  // the frame, or its exposure, is abandoned at once
         row_ = clock_ = 0;
         begun_ = false;
     }
@@ -337,7 +337,7 @@ uint64_t Mt9t001::clocks_to_frame() const {
     if (state_ == State::kStopped) {
         return restart_ ? 0 : std::numeric_limits<uint64_t>::max();
     }
-    if (restart_ && state_ == State::kReading) {
+    if (restart_ && state_ != State::kStopped) {
         return 0;
     }
     if (row_ == 0 && clock_ == 0 && state_ == State::kReading) {
