@@ -139,9 +139,7 @@ static bool needs_aimed_surface(const struct measure *self) {
 }
 
 static bool needs_merged(const struct measure *self) {
-    return !self->request.quick && self->result.pair != 0 &&
-           (self->dark_part > MEASURE_DARK_PART_MIN ||
-            (self->light_gain > MEASURE_NOISY_GAIN && self->instrument.exposure));
+    return !self->request.quick && self->result.pair != 0;
 }
 
 static bool needs_bringup(const struct measure *self) {

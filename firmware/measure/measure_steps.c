@@ -209,8 +209,7 @@ static bool prepare_merged(struct measure *self, struct measure_step *step) {
     static const double s_per_us = 1e-6;
     const double exposure_s = self->light_exposure_us * s_per_us;
     step->kind = MEASURE_STEP_PAIR;
-    if (self->instrument.brackets && self->dark_part > MEASURE_DARK_PART_MIN &&
-        self->light_exposure_us <= MEASURE_BRACKET_MAX_US) {
+    if (self->instrument.brackets && self->dark_part > MEASURE_DARK_PART_MIN) {
         step->bracket = MEASURE_BRACKET_FRAMES;
         step->seconds = MEASURE_BRACKET_EXPOSURES * exposure_s;
         measure_explain(step, MEASURE_WHY_BRACKET, 100 * self->dark_part, MEASURE_BRACKET_FRAMES, 0,

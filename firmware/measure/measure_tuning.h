@@ -44,19 +44,15 @@ enum { MEASURE_FOCUS_TRIES = 2 };
 
 /// Mean over its target below which a picture is too dark to be measured well.
 #define MEASURE_DARK_REACHED 0.5
-/// Dark part of the subject from which several exposures are worth their time, and the gain from
-/// which a mean of several frames is.
+/// Dark part of the subject from which several exposures are worth their time; less: a mean of
+/// several frames, which is measured a little more of at any brightness.
 #define MEASURE_DARK_PART_MIN 0.03
-#define MEASURE_NOISY_GAIN 2.0
 /// The best in dark parts, and what is nearly as good without a bridge: daemon/RESULTS.md.
 enum { MEASURE_BRACKET_FRAMES = 4, MEASURE_AVERAGE_FRAMES = 8 };
 /// Duration of a bracket of both cameras in exposures of the single pair, as taken on the simulated
-/// rig: the last one is 16 to 27 times as long, and each exposure takes three frames; and of an
-/// average.
-#define MEASURE_BRACKET_EXPOSURES 260.0
+/// rig: the last one is 16 to 27 times as long; and of an average.
+#define MEASURE_BRACKET_EXPOSURES 100.0
 #define MEASURE_AVERAGE_EXPOSURES (2.0 * MEASURE_AVERAGE_FRAMES)
-/// Exposure from which on a bracket would take more than 50 s, us.
-#define MEASURE_BRACKET_MAX_US 200e3
 
 /// Least ratio of the focal lengths of two pairs that help each other: that of wide_pair.c.
 #define MEASURE_RATIO_MIN 1.3
