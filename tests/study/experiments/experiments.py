@@ -1,13 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""usage: experiments.py BUILD [--runs N] [--seed N] [--jobs N] [--only REGEX] [--quick] [--out DIR] [--write FILE]
+"""usage: experiments.py BUILD [--runs N] [--seed N] [--jobs N] [--only REGEX] [--quick] [--board] [--out DIR]
+                      [--write FILE]
 
 Measures the objects of tools/figures on the simulated rig by one `measure` each, with N seeds: each has its own
 noise, servos, motors, lights, place and turn of the object, and side of its ornament. Prints a table against the
 truth. A measurement that DIR has is not made again, so that an interrupted campaign continues, and more runs
 can be added; one that failed is, since the machine may have been too busy to simulate. --write replaces what is
-below the mark of FILE. The rig is measured with the calibration that `vergence calibrate` solves from
-tests/data/zoom_capture: it is the same instrument, switched on again.
+below the mark of FILE. --board puts a small board beside each object, and states the error without and with it.
+The rig is measured with the calibration that `vergence calibrate` solves from tests/data/zoom_capture: it is the
+same instrument, switched on again.
 
 Exit code: 0; 1 when a measurement ended without a surface; 2 for wrong usage.
 """
@@ -38,11 +40,31 @@ MARK = "<!-- figures -->"
 # Degrees by which an object may be turned about its height: all of the cylinder is painted.
 TURNS = {"cylinder": 180, "mug": 25, "figurine": 40, "level": 20}
 LIGHTS, PLACE_MM = (0.6, 1.6), (40, 60)
-LARGE = {"m", "m-surface", "truth"}
+LARGE = {"m", "m-surface", "m-board", "truth"}
+# A board of so many squares, whose width is this part of what the cameras see of the object.
+BOARD, BOARD_PART = (8, 6), 0.2
 
 
-def vary(scene, seed, folder):
-    """Writes the scene with other lights, place and turn; returns its path."""
+def board_square_mm(width_mm):
+    return round(BOARD_PART * width_mm / (BOARD[0] + 1), 1)
+
+
+def with_board(head, body, place_mm, width_mm):
+    """The scene with a board to the left of the object, which is at x and z."""
+    square_mm = board_square_mm(width_mm)
+    columns, rows = BOARD
+    print_ = (f"  - print: {{kind: board, colours: [[0.82, 0.82, 0.80], [0.035, 0.035, 0.04]], "
+              f"board: {{columns: {columns}, rows: {rows}, square_mm: {square_mm}}}}}\n")
+    size = [(columns + 1) * square_mm, (rows + 1) * square_mm]
+    sheet = (f"  - sheet: {{name: board, material: print, position_mm: [{place_mm[0] - 0.38 * width_mm:.1f}, "
+             f"{-size[1] / 2 - 5:.1f}, {place_mm[1]:.1f}], turn_deg: [0, 0, 0], size_mm: {size}}}\n")
+    materials, name, objects = head.partition("objects:\n")
+    return materials + print_ + name + sheet + objects, body
+
+
+def vary(scene, seed, folder, board_width_mm=0):
+    """Writes the scene with other lights, place and turn, and with a board if its object is seen so wide; returns
+    its path."""
     chance = random.Random(f"{scene} {seed}")
     text = (SCENES / f"{scene}.yaml").read_text(encoding="utf-8")
     factor = chance.uniform(*LIGHTS)
@@ -56,6 +78,10 @@ def vary(scene, seed, folder):
     across, along = (chance.uniform(-limit, limit) for limit in PLACE_MM)
     turn = chance.uniform(-TURNS[scene], TURNS[scene])
     head, name, body = text.partition(f"      name: {scene}\n")
+    if board_width_mm:
+        at = re.search(r"position_mm: \[([^,]*), [^,]*, ([^]]*)\]", body)
+        place = float(at[1]) + across, float(at[2]) + along
+        head, body = with_board(head, body, place, board_width_mm)
     body = re.sub(r"position_mm: \[([^,]*), ([^,]*), ([^]]*)\]", lambda found: (
         f"position_mm: [{float(found[1]) + across:.1f}, {found[2]}, {float(found[3]) + along:.1f}]"), body, count=1)
     body = re.sub(r"turn_deg: \[0, ([^,]*), 0\]", lambda found: f"turn_deg: [0, {float(found[1]) + turn:.1f}, 0]",
@@ -67,7 +93,15 @@ def vary(scene, seed, folder):
     return path
 
 
-def experiment(context, scene, width_mm):
+def with_known_size(context, scene, width_mm, reply):
+    """The judgement of the same pairs, made with the board in view."""
+    out = context.folder / "m-board"
+    run([context.program("vergence"), "measure", context.folder / "m", "--board",
+         f"{BOARD[0] - 1}x{BOARD[1] - 1}", "--square", str(board_square_mm(width_mm)), "--out", out, "--quiet"])
+    return measured.judge(out, context.folder, scene, reply)
+
+
+def experiment(context, scene, width_mm, board):
     """The reply and its judgement; or why there is none. Only these are kept."""
     kept = context.folder / "experiment.json"
     if kept.exists():
@@ -75,10 +109,12 @@ def experiment(context, scene, width_mm):
     shutil.rmtree(context.folder, ignore_errors=True)
     context.folder.mkdir(parents=True)
     try:
-        reply = measured.measure(context, vary(scene, context.seed, context.folder),
+        reply = measured.measure(context, vary(scene, context.seed, context.folder, board * width_mm),
                                  context.measurement(f"--fit {width_mm}"), context.folder)
         found = {"reply": reply,
                  "judged": measured.judge(context.folder / "m-surface", context.folder, scene, reply)}
+        if board:
+            found["board"] = with_known_size(context, scene, width_mm, reply)
     except Failed as error:
         if "interrupted" in str(error):
             raise
@@ -103,10 +139,12 @@ def row(name, found):
                 for one in judged]
     ratios = [value for value in of("common", "ratio", False) if value is not None]
     rms = f"{np.sqrt(np.mean(np.square(ratios))):.2f}, {np.max(np.abs(ratios)):.1f}" if ratios else "-"
+    with_board = [one["board"]["visible"]["rms_mm"] for one in good if "board" in one]
+    known = f", {middle(with_board, 2)}" if with_board else ""
     parts = [[((one["parts"] or {}).get(part) or {}).get("measured_percent") for one in judged]
              for part in ("bright", "dark")]
     return (f"| {name} | {len(good)} of {len(found)} | {middle(of('visible_textured', 'median_error_px'), 3)} | "
-            f"{middle(of('visible', 'rms_mm', False), 1)} | {rms} | "
+            f"{middle(of('visible', 'rms_mm', False), 1)}{known} | {rms} | "
             f"{middle(of('visible', 'wrong_3px_percent'), 2)} | "
             f"{middle(of('visible', 'measured_percent', False), 1)}, "
             f"{middle(of('visible_textured', 'measured_percent', False), 1)} | "
@@ -115,8 +153,9 @@ def row(name, found):
 
 def table(results):
     """Medians over the runs; of `common` rms and greatest."""
-    lines = ["| object, mm | good | after similarity, textured, px | rms, mm | error of all depths over sigma: rms, "
-             "most | wrong, % | visible measured, of it with texture, % | bright, dark parts, % | rig time, s |",
+    lines = ["| object, mm | good | after similarity, textured, px | rms, mm (with a board) | error of all depths "
+             "over sigma: rms, most | wrong, % | visible measured, of it with texture, % | bright, dark parts, % | rig "
+             "time, s |",
              "|---|---|---|---|---|---|---|---|---|"]
     names = list(dict.fromkeys(name for name, _ in results))
     lines += [row(name, [found for other, found in results if other == name]) for name in names]
@@ -130,6 +169,7 @@ def options_of(words):
     parser.add_argument("build", type=pathlib.Path, nargs="?")
     parser.add_argument("--runs", type=Options.count, default=20)
     parser.add_argument("--out", type=pathlib.Path, default=cache / "vergence/experiments")
+    parser.add_argument("--board", action="store_true")
     parser.add_argument("--write", type=pathlib.Path)
     return parser.parse_args(words)
 
@@ -144,15 +184,16 @@ def main():
         options.out.mkdir(parents=True, exist_ok=True)
         measured.calibrate(options.build, solved)
     pool = concurrent.futures.ThreadPoolExecutor(options.jobs)
-    work, quick = {}, "-quick" if options.quick else ""
+    work = {}
+    kind = ("-quick" if options.quick else "") + ("-board" if options.board else "")
     for seed in range(options.seed, options.seed + options.runs):
         for _, scene, widths in ROWS:
             for width in widths:
                 if options.only.fullmatch(f"{scene}_{width}"):
                     context = Context(options.build.resolve(), solved.resolve(),
-                                      options.out.resolve() / f"{scene}_{width}-{seed}{quick}", seed, 1,
+                                      options.out.resolve() / f"{scene}_{width}-{seed}{kind}", seed, 1,
                                       options.quick)
-                    work[pool.submit(experiment, context, scene, width)] = f"{scene} {width}"
+                    work[pool.submit(experiment, context, scene, width, options.board)] = f"{scene} {width}"
     results = []
     try:
         for done in concurrent.futures.as_completed(work):
@@ -167,7 +208,7 @@ def main():
     if options.write:
         page = options.write.read_text(encoding="utf-8").partition(MARK)[0]
         options.write.write_text(f"{page}{MARK}\n\n`tools/campaign experiments --runs {options.runs} --seed "
-                                 f"{options.seed}{' --quick' if options.quick else ''}`:\n\n{text}", encoding="utf-8")
+                                 f"{options.seed}{kind.replace('-', ' --')}`:\n\n{text}", encoding="utf-8")
     return 1 if any("failed" in found for _, found in results) else 0
 
 
