@@ -294,10 +294,10 @@ class Autofocus(OnePosition):
                 there = self.control(f"sharp {side} 960 704 128 128").split("median: ")[1]
                 self.assertLess(float(there.split("blur_px: ")[1].split("}")[0]), 0.7, there)
             # What was learned of focus moves the nearest distance: a board there is no error.
-            refused = self.vergence("focus", "800mm")
+            refused = self.vergence("focus", "790mm")
             self.assertIn("out of range", refused.stdout + refused.stderr)
-            code, shown, said = self.capture(work + "/near", *self.words[:-4], "--near", "800",
-                                             "--far", "810", keys="q\n")
+            code, shown, said = self.capture(work + "/near", *self.words[:-4], "--near", "790",
+                                             "--far", "800", keys="q\n")
             self.assertEqual(code, 0, said)
 
 
