@@ -30,25 +30,9 @@ static inline uint32_t quotient_9_bits(uint32_t numerator, uint32_t denominator)
     return rest & 0x1ff;
 }
 
-/// `bits` bits of numerator / denominator, the first one that of 1: numerator < 2 denominator <
-/// 2^31.
-static inline uint32_t quotient_bits(uint32_t numerator, uint32_t denominator, int bits) {
-    uint32_t rest = numerator, missing = 0, less;
-    __asm__(
-        "LSETUP (1f, 2f) LC0 = %4;\n"
-        "1: %2 = %0 - %3;\n"
-        "CC = %2 < 0;\n"
-        "IF !CC %0 = %2;\n"
-        "%1 = ROT %1 BY 1;\n"
-        "2: %0 <<= 1;\n"
-        : "+d"(rest), "+d"(missing), "=&d"(less)
-        : "d"(denominator), "a"(bits)
-        : "LC0", "LT0", "LB0", "CC");
-    return ~missing & ((1u << bits) - 1);
-}
-
-/// The same of at most 12 bits, exact although it divides by 14 bits of the denominator: one that
-/// is too large is seen from the rest. From 11 bits on, numerator < 3/2 denominator.
+/// At most 12 bits of numerator / denominator, the first one that of 1: numerator < 2 denominator <
+/// 2^31. It divides by 14 bits of the denominator, and is exact: a quotient that is too large is
+/// seen from the rest. From 11 bits on, numerator < 3/2 denominator.
 __attribute__((always_inline)) static inline uint32_t quotient_exact(uint32_t numerator,
                                                                      uint32_t denominator,
                                                                      const int bits) {
@@ -64,9 +48,15 @@ __attribute__((always_inline)) static inline uint32_t quotient_exact(uint32_t nu
     return quotient - (((numerator << (bits - 1)) - quotient * denominator) >> 31);
 }
 
-/// numerator / denominator, below 256; the denominator is below 2^22.
+/// numerator / denominator, below 256; the denominator is below 2^14.
 static inline uint32_t quotient_8_bits(uint32_t numerator, uint32_t denominator) {
-    return quotient_bits(numerator, denominator << 7, 8);
+    uint32_t rest = numerator << 8;
+    __asm__("DIVS(%0, %1);\n" QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP
+                QUOTIENT_STEP QUOTIENT_STEP QUOTIENT_STEP
+            : "+d"(rest)
+            : "d"(denominator)
+            : "CC");
+    return rest & 0xff;
 }
 
 #endif

@@ -136,10 +136,6 @@ uint32_t match_noise_q8(const struct match_noise *noise);
 
 // The preset paper (paper.c).
 
-/// Upper bound of the evaluations of dissimilarity per row, as a multiple of its width, for any
-/// images and range of disparities. On recorded pairs the mean is 60 per pixel.
-enum { MATCH_PAPER_EVALUATIONS_MAX = 1597 };
-
 /// Working memory of `match_paper_run` in bytes: O(width), independent of the height and the number
 /// of disparities. 0 if an argument is out of range.
 size_t match_paper_need_bytes(int width, const struct match_options *options);
@@ -155,11 +151,6 @@ size_t match_paper_need_bytes(int width, const struct match_options *options);
 int match_paper_run(const struct match_input *input, const struct match_options *options,
                     match_progress *progress, void *progress_self, struct arena *arena,
                     struct match_output *output);
-
-/// The same, and stores the number of evaluated dissimilarities, also if cancelled.
-int match_paper_run_counted(const struct match_input *input, const struct match_options *options,
-                            match_progress *progress, void *progress_self, struct arena *arena,
-                            struct match_output *output, uint64_t *evaluations);
 
 #ifdef __cplusplus
 }

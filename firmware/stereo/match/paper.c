@@ -40,6 +40,7 @@
 #include "stereo/match/tuning.h"
 #if defined(__bfin__)
 #include "stereo/bfin/quotient.h"
+#include "stereo/bfin/signatures.h"
 #endif
 
 enum {
@@ -60,19 +61,15 @@ enum {
 enum {
     OFFSETS = 5,          // disparities -2 .. 2 relative to a match
     HERE = OFFSETS / 2,   // index of the match itself among them
-    FIELD_BITS = 12,      // bits for each sum when all sums are added at once
+    FIELD_BITS = 10,      // bits for each sum when three are added at once
     NOWHERE = INT16_MIN,  // no disparity: the walk skipped this pixel
     TOO_EXPENSIVE = INT16_MAX,
     PROGRESS_ROWS = 8,
-    // Upper bound of evaluations per pixel: the moves and the sum ahead of each walk, repair,
-    // validation.
-    EVALUATIONS_MAX =
-        WALKS * (TUNE_PAPER_AHEAD_PX * (1 + 1 + 2 + 2 * (TUNE_PAPER_JUMP_MAX_PX - 1)) + 2) + 2 +
-        OFFSETS,
+    JUMPS = TUNE_PAPER_JUMP_MAX_PX - 1,  // from 2 px on
 };
-_Static_assert(EVALUATIONS_MAX <= (int)MATCH_PAPER_EVALUATIONS_MAX, "as documented in the header");
 _Static_assert(SIGNATURE_BITS *(2 * TUNE_PAPER_AROUND_PX + 1) < 1 << FIELD_BITS,
                "sums fit their fields");
+_Static_assert(OFFSETS == 5 && 3 * FIELD_BITS <= 32, "three in a word");
 
 // Position of a walk: a column of the left row and one of the right.
 struct spot {
@@ -91,12 +88,17 @@ struct step {
     int16_t score;      // sum over the pixels ahead from there
 };
 
+// The dissimilarities at the OFFSETS, and the number of pixels, FIELD_BITS each.
+struct beside {
+    uint32_t least, most;  // the first three; the last two, and the pixels
+};
+
 // A pixel of the left row.
 struct column {
     struct step step[2];  // the walk forward, the walk back
     int16_t disparity;
     bool kept;
-    uint64_t beside;  // 1 and the dissimilarities at the OFFSETS, FIELD_BITS each; 0: not kept
+    struct beside beside;  // 0: not kept
 };
 
 struct paper {
@@ -108,7 +110,6 @@ struct paper {
     uint32_t *left_signature, *right_signature;
     struct column *column;
     struct rectify_span left, right;  // valid columns of the present row
-    uint32_t evaluations;             // in the present row
 };
 
 static void take_rows(struct match_memory *memory, struct paper *paper) {
@@ -159,50 +160,71 @@ static void push_samples(const struct paper *paper, const struct image_u8 *image
     const uint8_t *below = here + length;
     const uint32_t mask = (1u << SIGNATURE_BITS) - 1;
     for (int x = 0; x < paper->width; x++) {
-        const uint8_t grey = here[x];
-        const uint32_t left = (uint32_t)(here[x - 2] > grey) | (uint32_t)(here[x - 1] > grey) << 1;
-        const uint32_t right = (uint32_t)(here[x + 1] > grey) | (uint32_t)(here[x + 2] > grey) << 1;
-        const uint32_t column = (uint32_t)(above[x] > grey) | (uint32_t)(below[x] > grey) << 1;
-        signature[x] = (signature[x] << SAMPLES | left << 4 | right << 2 | column) & mask;
+        const uint8_t around[SAMPLES] = {here[x - 2], here[x - 1], here[x + 1],
+                                         here[x + 2], above[x],    below[x]};
+        uint32_t bits = signature[x];
+        for (int i = 0; i < SAMPLES; i++) {
+            bits = bits << 1 | (uint32_t)(here[x] - around[i]) >> 31;
+        }
+        signature[x] = bits & mask;
     }
 }
 
-// Number of bits in which two signatures differ, and two pairs of neighbouring ones.
+// Number of bits in which two signatures differ.
 #if defined(__bfin__)
-static inline int differing(uint32_t left, uint32_t right) {
-    return __builtin_bfin_ones((int)(left ^ right));
-}
-
-static inline int differing_pairs(const uint32_t *left, const uint32_t *right) {
-    return differing(left[0], right[0]) + differing(left[1], right[1]);
-}
+_Static_assert(TUNE_PAPER_AHEAD_PX == 8, "as in signatures_ahead");
 #else
-static inline int count_bits(uint64_t word) {
-    word -= word >> 1 & 0x5555555555555555u;
-    word = (word & 0x3333333333333333u) + (word >> 2 & 0x3333333333333333u);
-    word = (word + (word >> 4)) & 0x0f0f0f0f0f0f0f0fu;
-    return (int)(word * 0x0101010101010101u >> 56);
+static inline uint32_t bits_of_bytes(uint32_t word) {
+    word -= word >> 1 & 0x55555555u;
+    word = (word & 0x33333333u) + (word >> 2 & 0x33333333u);
+    return (word + (word >> 4)) & 0x0f0f0f0fu;
 }
 
-static inline int differing(uint32_t left, uint32_t right) {
-    return count_bits(left ^ right);
+static inline uint32_t sum_of_bytes(uint32_t word) {
+    word = (word & 0x00ff00ffu) + (word >> 8 & 0x00ff00ffu);
+    return (word + (word >> 16)) & UINT16_MAX;
 }
 
-static inline int differing_pairs(const uint32_t *left, const uint32_t *right) {
-    uint64_t words[2];
-    memcpy(&words[0], left, sizeof words[0]);
-    memcpy(&words[1], right, sizeof words[1]);
-    return count_bits(words[0] ^ words[1]);
+static inline int signatures_differ(uint32_t left, uint32_t right) {
+    return (int)sum_of_bytes(bits_of_bytes(left ^ right));
+}
+
+// The sum of the dissimilarities of the pixels ahead, and above its 16 bits twice that of the first
+// quarter or the sum, whichever is more.
+static inline int signatures_ahead(const uint32_t *left, const uint32_t *right,
+                                   const int direction) {
+    _Static_assert(8 * TUNE_PAPER_AHEAD_PX <= UINT8_MAX, "sums fit bytes");
+    uint32_t bytes = 0, begin = 0;
+    for (int i = 0; i < TUNE_PAPER_AHEAD_PX; i++) {
+        bytes += bits_of_bytes(left[i * direction] ^ right[i * direction]);
+        begin = i + 1 == TUNE_PAPER_AHEAD_PX / 4 ? 2 * sum_of_bytes(bytes) : begin;
+    }
+    const uint32_t sum = sum_of_bytes(bytes);
+    return (int)(sum | (begin > sum ? begin : sum) << 16);
 }
 #endif
 
-// A whole quotient below 256.
+// A whole quotient below 256, and part / whole in halves of a disparity.
+#if defined(__bfin__)
 static inline int quotient(int numerator, int denominator) {
-#if defined(__bfin__)
     return (int)quotient_8_bits((uint32_t)numerator, (uint32_t)denominator);
+}
+
+static inline int halves(int part, int whole) {
+    return (int)quotient_7_places((uint32_t)part, (uint32_t)whole);
+}
 #else
+static inline int quotient(int numerator, int denominator) {
     return numerator / denominator;
+}
+
+static inline int halves(int part, int whole) {
+    return part * (DISPARITY_ONE / 2) / whole;
+}
 #endif
+
+static inline struct spot further(struct spot spot, int pixels) {
+    return (struct spot){spot.left + pixels, spot.right + pixels};
 }
 
 static inline bool inside(const struct paper *paper, struct spot spot) {
@@ -210,39 +232,20 @@ static inline bool inside(const struct paper *paper, struct spot spot) {
            spot.right >= paper->right.begin && spot.right < paper->right.end;
 }
 
-static inline struct spot further(struct spot spot, int pixels) {
-    return (struct spot){spot.left + pixels, spot.right + pixels};
+static inline int dissimilarity(const struct paper *paper, struct spot spot) {
+    return signatures_differ(paper->left_signature[spot.left], paper->right_signature[spot.right]);
 }
 
-static inline int dissimilarity(struct paper *paper, struct spot spot) {
-    paper->evaluations++;
-    return differing(paper->left_signature[spot.left], paper->right_signature[spot.right]);
+// Pixels of both rows from the spot to their ends.
+static inline struct spot rooms_from(const struct paper *paper, struct spot spot, int direction) {
+    return direction > 0 ? (struct spot){paper->left.end - spot.left, paper->right.end - spot.right}
+                         : (struct spot){spot.left - paper->left.begin + 1,
+                                         spot.right - paper->right.begin + 1};
 }
 
-static inline bool room_ahead(const struct paper *paper, struct spot spot, int direction) {
-    return inside(paper, spot) &&
-           inside(paper, further(spot, (TUNE_PAPER_AHEAD_PX - 1) * direction));
-}
-
-// Sum of the dissimilarities ahead of a position with room; TOO_EXPENSIVE if it exceeds `limit`, or
-// if a quarter of the pixels exceeds half of that.
-static inline int score_ahead(struct paper *paper, struct spot spot, int direction, int limit) {
-    // Two pixels at a time; backwards a pair begins at its second pixel.
-    const int back = direction < 0 ? 1 : 0;
-    const uint32_t *left = paper->left_signature + spot.left - back;
-    const uint32_t *right = paper->right_signature + spot.right - back;
-    int score = 0;
-    for (int i = 2; i <= TUNE_PAPER_AHEAD_PX; i += 2) {
-        score += differing_pairs(left, right);
-        if (score > limit || (i == TUNE_PAPER_AHEAD_PX / 4 && 2 * score > limit)) {
-            paper->evaluations += (uint32_t)i;
-            return TOO_EXPENSIVE;
-        }
-        left += 2 * direction;
-        right += 2 * direction;
-    }
-    paper->evaluations += TUNE_PAPER_AHEAD_PX;
-    return score;
+static inline int room_from(const struct paper *paper, struct spot spot, int direction) {
+    const struct spot rooms = rooms_from(paper, spot, direction);
+    return rooms.left < rooms.right ? rooms.left : rooms.right;
 }
 
 // Where a change of the disparity leads: it skips pixels of one row, and uses no pixel twice.
@@ -258,103 +261,154 @@ struct changes {
 
 static inline struct changes changes_from(const struct paper *paper, struct spot spot,
                                           int direction) {
-    const int ahead = TUNE_PAPER_AHEAD_PX - 1;
-    const int left =
-        direction > 0 ? paper->left.end - 1 - spot.left : spot.left - paper->left.begin;
-    const int right =
-        direction > 0 ? paper->right.end - 1 - spot.right : spot.right - paper->right.begin;
-    if (left < ahead || right < ahead) {
-        return (struct changes){1, -1};
-    }
+    const struct spot rooms = rooms_from(paper, spot, direction);
+    const int up = (direction > 0 ? rooms.left : rooms.right) - TUNE_PAPER_AHEAD_PX;
+    const int down = (direction > 0 ? rooms.right : rooms.left) - TUNE_PAPER_AHEAD_PX;
+    INVARIANT(up >= 0 && down >= 0);
     const int disparity = spot.left - spot.right;
-    const int down = (direction > 0 ? right : left) - ahead;
-    const int up = (direction > 0 ? left : right) - ahead;
     return (struct changes){
         .least = -down > paper->first - disparity ? -down : paper->first - disparity,
         .most = up < paper->last - disparity ? up : paper->last - disparity,
     };
 }
 
-static void try_move(struct paper *paper, struct spot spot, int direction,
-                     const struct changes *changes, int change, int penalty, struct move *best) {
-    if (change < changes->least || change > changes->most) {
-        return;
-    }
-    const struct spot target = changed(spot, direction, change);
-    const int score = score_ahead(paper, target, direction, best->total - penalty - 1);
-    if (score != TOO_EXPENSIVE) {
+// Takes a change if it is cheaper than the best one, from what signatures_ahead found `ahead`. A
+// bad begin is as dear as a bad sum.
+static inline void take_cheaper(int change, int ahead, int penalty, struct move *best) {
+    if (ahead >> 16 < best->total - penalty) {
+        const int score = ahead & UINT16_MAX;
         *best = (struct move){change, score, score + penalty};
     }
 }
 
-// The cheapest move if straight on scores `score`; `other` is the other walk's disparity there.
-static struct move choose(struct paper *paper, struct spot spot, int direction, int score,
-                          int other) {
-    struct move best = {0, score, score};
-    const int change = other - (spot.left - spot.right);
-    const bool switches = other != NOWHERE && change != 0;
-    if (!switches && score <= ON_SURFACE) {
-        return best;
+static inline void try_move(const struct paper *paper, struct spot spot, int direction,
+                            const struct changes *changes, int change, int penalty,
+                            struct move *best) {
+    if (change >= changes->least && change <= changes->most) {
+        const struct spot target = changed(spot, direction, change);
+        take_cheaper(change,
+                     signatures_ahead(paper->left_signature + target.left,
+                                      paper->right_signature + target.right, direction),
+                     penalty, best);
     }
+}
+
+// What is ahead of `count` jumps by 2 px and more along one row. Returns the lowest.
+static inline int look_ahead(const uint32_t *stays, const uint32_t *moves, const int direction,
+                             int count, int *ahead) {
+    int lowest = INT32_MAX;
+    moves += 2 * direction;
+    for (int i = 0; i < count; i++) {
+        ahead[i] = signatures_ahead(stays, moves + i * direction, direction);
+        lowest = ahead[i] < lowest ? ahead[i] : lowest;
+    }
+    return lowest;
+}
+
+static void try_jumps(const struct paper *paper, struct spot spot, const int direction,
+                      const struct changes *changes, struct move *best) {
+    const uint32_t *left = paper->left_signature + spot.left;
+    const uint32_t *right = paper->right_signature + spot.right;
+    // The row over whose pixels a jump up skips, and that of a jump down.
+    const uint32_t *rises = direction > 0 ? left : right;
+    const uint32_t *falls = direction > 0 ? right : left;
+    int ahead_up[JUMPS], ahead_down[JUMPS];
+    const int up = clamp(changes->most - 1, 0, JUMPS);
+    const int down = clamp(-changes->least - 1, 0, JUMPS);
+    const int lowest_up = look_ahead(falls, rises, direction, up, ahead_up);
+    const int lowest_down = look_ahead(rises, falls, direction, down, ahead_down);
+    const int lowest = lowest_up < lowest_down ? lowest_up : lowest_down;
+    // Mostly none is cheap enough.
+    for (int i = 0; lowest >> 16 < best->total - PENALTY_JUMP && i < JUMPS; i++) {
+        if (i < up) {
+            take_cheaper(2 + i, ahead_up[i], PENALTY_JUMP, best);
+        }
+        if (i < down) {
+            take_cheaper(-2 - i, ahead_down[i], PENALTY_JUMP, best);
+        }
+    }
+}
+
+// The cheapest move if straight on scores `score`; `other` is the other walk's disparity there.
+// There is room ahead.
+__attribute__((noinline)) static struct move choose(const struct paper *paper, struct spot spot,
+                                                    int direction, int score, int other) {
+    struct move best = {0, score, score};
     const struct changes changes = changes_from(paper, spot, direction);
-    if (switches) {
+    const int change = other - (spot.left - spot.right);
+    if (other != NOWHERE && change != 0) {
         try_move(paper, spot, direction, &changes, change, PENALTY_OTHER_PATH, &best);
     }
     if (score > ON_SURFACE) {
         try_move(paper, spot, direction, &changes, 1, PENALTY_SLANT, &best);
         try_move(paper, spot, direction, &changes, -1, PENALTY_SLANT, &best);
     }
-    for (int jump = 2; score > LOST && jump <= TUNE_PAPER_JUMP_MAX_PX; jump++) {
-        try_move(paper, spot, direction, &changes, jump, PENALTY_JUMP, &best);
-        try_move(paper, spot, direction, &changes, -jump, PENALTY_JUMP, &best);
+    if (score > LOST) {
+        if (direction > 0) {
+            try_jumps(paper, spot, 1, &changes, &best);
+        } else {
+            try_jumps(paper, spot, -1, &changes, &best);
+        }
     }
     INVARIANT(best.total <= score);
     return best;
 }
 
-// Not inlined: gcc makes jumps for the Blackfin that are too far otherwise.
-__attribute__((noinline)) static void walk(struct paper *paper, int index) {
-    const int own = index % 2;
-    const int direction = own == 0 ? 1 : -1;
+// Forgets a walk, and returns where it begins: at the ends of both rows, or as close to them as the
+// range allows.
+static struct spot begin_walk(struct paper *paper, int own, int direction) {
     for (int x = 0; x < paper->width; x++) {
         paper->column[x].step[own] = (struct step){NOWHERE, TOO_EXPENSIVE};
     }
-    // From the ends of both rows, or as close to them as the range allows.
     const struct spot begin = {paper->left.begin, paper->right.begin};
     const struct spot end = {paper->left.end - 1, paper->right.end - 1};
-    struct spot spot = direction > 0 ? begin : end;
+    const struct spot spot = direction > 0 ? begin : end;
     const int disparity = spot.left - spot.right;
-    spot = changed(spot, direction, clamp(disparity, paper->first, paper->last) - disparity);
+    return changed(spot, direction, clamp(disparity, paper->first, paper->last) - disparity);
+}
+
+// Not inlined: the Blackfin's conditional jumps are cheap if they are short.
+__attribute__((noinline)) static void walk(struct paper *paper, int index) {
+    const int own = index % 2;
+    const int direction = 1 - 2 * own;
+    struct spot spot = begin_walk(paper, own, direction);
+    int room = room_from(paper, spot, direction);
     int score = 0;
-    if (room_ahead(paper, spot, direction)) {
-        score = score_ahead(paper, spot, direction, TOO_EXPENSIVE - 1);
+    if (room >= TUNE_PAPER_AHEAD_PX) {
+        score = UINT16_MAX & signatures_ahead(paper->left_signature + spot.left,
+                                              paper->right_signature + spot.right, direction);
     }
-    while (inside(paper, spot)) {
+    for (; room > 0; room--) {
         struct column *column = &paper->column[spot.left];
-        const int16_t here = (int16_t)(spot.left - spot.right);
+        int here = spot.left - spot.right;
         const int other = index == 0 ? NOWHERE : column->step[1 - own].disparity;
-        const struct move move = choose(paper, spot, direction, score, other);
-        if (move.change == direction) {  // a slant occludes nothing
-            column->step[own] = (struct step){here, (int16_t)score};
+        const bool switches = other != NOWHERE && other != here;
+        if ((switches || score > ON_SURFACE) && room >= TUNE_PAPER_AHEAD_PX) {
+            const struct move move = choose(paper, spot, direction, score, other);
+            if (move.change == direction) {  // a slant occludes nothing
+                column->step[own] = (struct step){(int16_t)here, (int16_t)score};
+            }
+            spot = changed(spot, direction, move.change);
+            column = &paper->column[spot.left];
+            room = room_from(paper, spot, direction);
+            INVARIANT(room >= TUNE_PAPER_AHEAD_PX);
+            here += move.change;
+            INVARIANT(here >= paper->first && here <= paper->last);
+            score = move.score;
         }
-        spot = changed(spot, direction, move.change);
-        INVARIANT(inside(paper, spot));
-        INVARIANT(here + move.change >= paper->first && here + move.change <= paper->last);
-        paper->column[spot.left].step[own] =
-            (struct step){(int16_t)(here + move.change), (int16_t)move.score};
-        score = move.score;
-        if (room_ahead(paper, further(spot, direction), direction)) {
+        column->step[own] = (struct step){(int16_t)here, (int16_t)score};
+        if (room > TUNE_PAPER_AHEAD_PX) {
             // One pixel leaves the sum, one enters. Without room the walk goes straight on to the
             // end.
-            score = move.score - dissimilarity(paper, spot) +
-                    dissimilarity(paper, further(spot, TUNE_PAPER_AHEAD_PX * direction));
+            score += dissimilarity(paper, further(spot, TUNE_PAPER_AHEAD_PX * direction)) -
+                     dissimilarity(paper, spot);
             INVARIANT(score >= 0 && score <= TUNE_PAPER_AHEAD_PX * SIGNATURE_BITS);
         }
         spot = further(spot, direction);
     }
 }
 
-static int dissimilarity_or_chance(struct paper *paper, int x, int disparity) {
+static int dissimilarity_or_chance(const struct paper *paper, int x, int disparity) {
     const struct spot spot = {x, x - disparity};
     const bool known = disparity >= paper->first && disparity <= paper->last && inside(paper, spot);
     return known ? dissimilarity(paper, spot) : CHANCE;
@@ -362,7 +416,8 @@ static int dissimilarity_or_chance(struct paper *paper, int x, int disparity) {
 
 // Where the dissimilarities of both sides are least, with `left` before the edge and `right` after
 // the pixels that are hidden there.
-static int best_edge(struct paper *paper, int begin, int end, int left, int right, int hidden) {
+static int best_edge(const struct paper *paper, int begin, int end, int left, int right,
+                     int hidden) {
     int cost = 0;  // cost relative to an edge at `begin`
     int lowest = 0;
     int edge = begin;
@@ -430,103 +485,157 @@ static bool textured(const struct paper *paper, int x, int y) {
 
 // Position of the lowest point of the "V" through the sums, in 1/256; at most half way to a
 // neighbour.
-static int refine_q8(const int *sum) {
-    const int before = sum[HERE - 1] - sum[HERE];
-    const int after = sum[HERE + 1] - sum[HERE];
-    const int steeper = before > after ? before : after;
+static int refine_q8(int before, int here, int after) {
+    const int steeper = (before > after ? before : after) - here;
     const int half = DISPARITY_ONE / 2;
     const int fall = before - after;
     const int size = fall < 0 ? -fall : fall;
-    const int offset = size < steeper ? quotient(size * half, steeper) : size > 0 ? half : 0;
+    const int offset = size < steeper ? halves(size, steeper) : size > 0 ? half : 0;
     return fall < 0 ? -offset : offset;
 }
 
-static enum reason validate(const struct paper *paper, int x, int y, const int *sum, int count,
-                            int margin) {
-    const struct column *column = &paper->column[x];
-    INVARIANT(!column->kept || (sum[HERE] >= 0 && sum[HERE] <= count * SIGNATURE_BITS));
+static enum reason validate(const struct paper *paper, int x, int here, int count, int margin) {
     const struct match_accepted_range accepted = match_accepted_range_of(paper->options);
-    const int index = column->disparity - paper->first;
-    const bool at_end = index < accepted.first || index > accepted.last;
+    const int index = paper->column[x].disparity - paper->first;
     enum reason reason = REASON_VALID;
-    if (!column->kept) {
-        reason = REASON_OCCLUDED;
-    } else if (sum[HERE] > TUNE_PAPER_MISFIT * count || at_end) {
+    if (here > TUNE_PAPER_MISFIT * count || index < accepted.first || index > accepted.last) {
         reason = REASON_OUT_OF_RANGE;
     } else if (margin < TUNE_PAPER_MARGIN * count) {
         reason = REASON_AMBIGUOUS;
     }
-    return reason == REASON_VALID || textured(paper, x, y) ? reason : REASON_NO_TEXTURE;
+    return reason;
 }
+
+static inline int field(uint32_t word, int index) {
+    return (int)(word >> index * FIELD_BITS & ((1u << FIELD_BITS) - 1));
+}
+
+// The disparities whose right pixel lies inside the span; of a column that has some.
+static inline struct changes disparities_at(const struct paper *paper, int x) {
+    const int least = x - paper->right.end + 1;
+    const int most = x - paper->right.begin;
+    return (struct changes){.least = least > paper->first ? least : paper->first,
+                            .most = most < paper->last ? most : paper->last};
+}
+
+struct finished {
+    int32_t *disparity_q8;
+    uint8_t *confidence, *reason;
+};
 
 // `around` is the sum over the columns around.
-static void finish_pixel(const struct paper *paper, int x, int y, uint64_t around) {
-    // The disparities whose right pixel lies inside the span.
-    const int min = clamp(x - paper->right.end + 1, paper->first, INT16_MAX);
-    const int max = clamp(x - paper->right.begin, INT16_MIN, paper->last);
-    int disparity_q8 = DISPARITY_ONE * paper->first;
+static void finish_pixel(const struct paper *paper, int x, int y, const struct beside *around,
+                         const struct finished *row) {
+    const struct changes range = disparities_at(paper, x);
+    INVARIANT(range.least <= range.most);
+    enum reason reason = REASON_OCCLUDED;
+    int disparity = paper->column[x].disparity;
+    int fraction_q8 = 0;
     int confidence = 0;
-    enum reason reason = REASON_BORDER;
-    if (x >= paper->left.begin && x < paper->left.end && min <= max) {
-        int sum[OFFSETS];
-        for (int i = 0; i < OFFSETS; i++) {
-            sum[i] = (int)(around >> i * FIELD_BITS & ((1u << FIELD_BITS) - 1));
+    if (paper->column[x].kept) {
+        const int here = field(around->least, 2);
+        const int count = field(around->most, 2);
+        const int below = field(around->least, 0);
+        const int above = field(around->most, 1);
+        const int risen = below < above ? below : above;
+        const int margin = risen - here;
+        INVARIANT(disparity >= range.least && disparity <= range.most);
+        INVARIANT(count >= 1 && count <= 2 * TUNE_PAPER_AROUND_PX + 1);
+        if (disparity > range.least && disparity < range.most) {
+            fraction_q8 = refine_q8(field(around->least, 1), here, field(around->most, 0));
         }
-        const int count = (int)(around >> OFFSETS * FIELD_BITS);
-        const int risen = sum[0] < sum[OFFSETS - 1] ? sum[0] : sum[OFFSETS - 1];
-        const int margin = risen - sum[HERE];
-        const int disparity = clamp(paper->column[x].disparity, min, max);
-        disparity_q8 = DISPARITY_ONE * disparity;
-        if (paper->column[x].kept) {
-            INVARIANT(disparity == paper->column[x].disparity);
-            INVARIANT(count >= 1 && count <= 2 * TUNE_PAPER_AROUND_PX + 1);
-            disparity_q8 += disparity > min && disparity < max ? refine_q8(sum) : 0;
-            confidence = margin > 0 ? quotient(margin * UINT8_MAX, risen + sum[HERE]) : 0;
-        }
-        reason =
-            paper->options->keep_all ? REASON_VALID : validate(paper, x, y, sum, count, margin);
+        confidence = margin > 0 ? quotient(margin * UINT8_MAX, risen + here) : 0;
+        INVARIANT(confidence <= UINT8_MAX);
+        reason = validate(paper, x, here, count, margin);
+    } else {
+        disparity = clamp(disparity, range.least, range.most);
     }
-    INVARIANT(confidence <= UINT8_MAX);
-    image_i32_row(&paper->output->disparity_q8, y)[x] = disparity_q8;
-    image_u8_row(&paper->output->confidence, y)[x] = (uint8_t)confidence;
-    image_u8_row(&paper->output->reason, y)[x] = (uint8_t)reason;
+    if (reason != REASON_VALID) {
+        reason = paper->options->keep_all ? REASON_VALID
+                 : textured(paper, x, y)  ? reason
+                                          : REASON_NO_TEXTURE;
+    }
+    row->disparity_q8[x] = DISPARITY_ONE * disparity + fraction_q8;
+    row->confidence[x] = (uint8_t)confidence;
+    row->reason[x] = (uint8_t)reason;
 }
 
-__attribute__((noinline)) static void finish_row(struct paper *paper, int y) {
+static struct beside compare_beside(const struct paper *paper, int x) {
+    const int disparity = paper->column[x].disparity;
+    const uint32_t left = paper->left_signature[x];
+    const uint32_t *right = paper->right_signature + x - disparity;
+    const struct changes range = disparities_at(paper, x);
+    uint32_t differ[OFFSETS];
+    if (disparity - HERE >= range.least && disparity + HERE <= range.most) {
+        for (int i = 0; i < OFFSETS; i++) {
+            differ[i] = (uint32_t)signatures_differ(left, right[HERE - i]);
+        }
+    } else {
+        for (int i = 0; i < OFFSETS; i++) {
+            differ[i] = (uint32_t)dissimilarity_or_chance(paper, x, disparity + i - HERE);
+        }
+    }
+    return (struct beside){
+        differ[0] | differ[1] << FIELD_BITS | differ[2] << 2 * FIELD_BITS,
+        differ[3] | differ[4] << FIELD_BITS | 1u << 2 * FIELD_BITS,
+    };
+}
+
+static void finish_border(const struct paper *paper, const struct finished *row, int begin,
+                          int end) {
+    for (int x = begin; x < end; x++) {
+        row->disparity_q8[x] = DISPARITY_ONE * paper->first;
+        row->confidence[x] = 0;
+        row->reason[x] = REASON_BORDER;
+    }
+}
+
+__attribute__((noinline)) static void finish_row(const struct paper *paper, int y) {
+    const struct finished row = {image_i32_row(&paper->output->disparity_q8, y),
+                                 image_u8_row(&paper->output->confidence, y),
+                                 image_u8_row(&paper->output->reason, y)};
+    // The columns with a disparity whose right pixel lies inside the span.
+    const int begin = clamp(paper->first + paper->right.begin, paper->left.begin, paper->left.end);
+    const int most = paper->right.begin < paper->right.end ? paper->last + paper->right.end : begin;
+    const int end = clamp(most, begin, paper->left.end);
     struct column *column = paper->column;
-    for (int x = 0; x < paper->width; x++) {
-        column[x].beside = column[x].kept;
-        for (int i = OFFSETS - 1; i >= 0 && column[x].kept; i--) {
-            const int beside = dissimilarity_or_chance(paper, x, column[x].disparity + i - HERE);
-            column[x].beside = column[x].beside << FIELD_BITS | (uint64_t)beside;
+    struct beside around = {0, 0};
+    finish_border(paper, &row, 0, begin);
+    for (int x = begin - TUNE_PAPER_AROUND_PX; x < end; x++) {
+        const int next = x + TUNE_PAPER_AROUND_PX;
+        const int gone = x - TUNE_PAPER_AROUND_PX - 1;
+        if (next < end) {
+            column[next].beside = (struct beside){0, 0};
+            if (column[next].kept) {
+                column[next].beside = compare_beside(paper, next);
+            }
+            around.least += column[next].beside.least;
+            around.most += column[next].beside.most;
+        }
+        if (gone >= begin) {
+            around.least -= column[gone].beside.least;
+            around.most -= column[gone].beside.most;
+        }
+        if (x >= begin) {
+            finish_pixel(paper, x, y, &around, &row);
         }
     }
-    uint64_t around = 0;
-    for (int x = -TUNE_PAPER_AROUND_PX; x < paper->width; x++) {
-        around +=
-            x + TUNE_PAPER_AROUND_PX < paper->width ? column[x + TUNE_PAPER_AROUND_PX].beside : 0;
-        around -= x > TUNE_PAPER_AROUND_PX ? column[x - TUNE_PAPER_AROUND_PX - 1].beside : 0;
-        if (x >= 0) {
-            finish_pixel(paper, x, y, around);
-        }
-    }
+    finish_border(paper, &row, end, paper->width);
 }
 
 static void match_row(struct paper *paper, int y) {
     paper->left = span_of(paper->input->left_span, y, paper->width);
     paper->right = span_of(paper->input->right_span, y, paper->width);
-    paper->evaluations = 0;
     for (int i = 0; i < WALKS; i++) {
         walk(paper, i);
     }
     join(paper);
     finish_row(paper, y);
-    INVARIANT(paper->evaluations <= (uint32_t)EVALUATIONS_MAX * (uint32_t)paper->width);
 }
 
-int match_paper_run_counted(const struct match_input *input, const struct match_options *options,
-                            match_progress *progress, void *progress_self, struct arena *arena,
-                            struct match_output *output, uint64_t *evaluations) {
+int match_paper_run(const struct match_input *input, const struct match_options *options,
+                    match_progress *progress, void *progress_self, struct arena *arena,
+                    struct match_output *output) {
     const int error = match_check(input, options, output);
     if (error != ERROR_OK) {
         return error;
@@ -547,14 +656,12 @@ int match_paper_run_counted(const struct match_input *input, const struct match_
     memset(paper.left_signature, 0, 2 * (size_t)paper.width * sizeof *paper.left_signature);
     paper.right_signature = paper.left_signature + paper.width;
     bool cancelled = false;
-    *evaluations = 0;
     for (int y = -2 * SIGNATURE_REACH_ROWS; y < height && !cancelled; y++) {
         const int next = y + SIGNATURE_REACH_ROWS;
         push_samples(&paper, &input->left, input->left_span, next, paper.left_signature);
         push_samples(&paper, &input->right, input->right_span, next, paper.right_signature);
         if (y >= 0) {
             match_row(&paper, y);
-            *evaluations += paper.evaluations;
             const bool due = progress != NULL && ((y + 1) % PROGRESS_ROWS == 0 || y + 1 == height);
             cancelled = due && !progress(progress_self, y + 1, height);
         }
@@ -566,12 +673,4 @@ int match_paper_run_counted(const struct match_input *input, const struct match_
     return options->keep_all
                ? ERROR_OK
                : speckle_filter_run_all(options->speckle_px, &parallel_serial, arena, output);
-}
-
-int match_paper_run(const struct match_input *input, const struct match_options *options,
-                    match_progress *progress, void *progress_self, struct arena *arena,
-                    struct match_output *output) {
-    uint64_t evaluations;
-    return match_paper_run_counted(input, options, progress, progress_self, arena, output,
-                                   &evaluations);
 }
