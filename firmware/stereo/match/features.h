@@ -194,6 +194,20 @@ static void census_plane(uint8_t *const window[], int pitch,
         other[i] = window[comparison[i].other_row] + pitch * comparison[i].other_column;
     }
     const uint8_t kept = (uint8_t)(UINT8_MAX - mask);
+#if defined(VECTOR_HAS_CELLS)
+    enum { PIECE = 128 };
+    _Alignas(4) uint8_t bits[PIECE + CENSUS_MORE];
+    for (int begin = 0; begin < width; begin += PIECE) {
+        const int count = width - begin < PIECE ? width - begin : PIECE;
+        memset(bits, 0, PIECE);
+        for (int i = 0; i < 8; i++) {
+            census_compare(pixel[i] + begin, other[i] + begin, bits, count);
+        }
+        for (int x = 0; x < count; x++) {
+            plane[begin + x] = (uint8_t)((plane[begin + x] & kept) | (bits[x] & mask));
+        }
+    }
+#else
     for (int x = 0; x < width; x++) {
         uint8_t bits = 0;
         for (int i = 0; i < 8; i++) {
@@ -201,6 +215,7 @@ static void census_plane(uint8_t *const window[], int pitch,
         }
         plane[x] = (uint8_t)((plane[x] & kept) | (bits & mask));
     }
+#endif
 }
 
 static void gradient_row(uint8_t *const window[], int pitch, int width,

@@ -324,11 +324,16 @@ static void take_differences(const struct match_level *level, const struct area 
               level->rows_done - area->y_begin <= level->surface_rows);
     const int columns = area->x_end - area->x_begin - dx;
     taken->known = taken->all = 0;
+    // Slots of the surface's ring, in which a row is less than a turn ahead of the one before.
+    const int turn = level->surface_rows;
+    INVARIANT(area->row_step <= turn);
+    int slot = area->y_begin % turn, slot_to = (area->y_begin + dy) % turn;
     for (int y = area->y_begin; y < area->y_end - dy && columns > 0; y += area->row_step) {
         INVARIANT(taken->all + columns <= DIFFERENCES_MAX);
-        const int16_t *restrict from = level->surface[y % level->surface_rows] + area->x_begin;
-        const int16_t *restrict to =
-            level->surface[(y + dy) % level->surface_rows] + area->x_begin + dx;
+        const int16_t *restrict from = level->surface[slot] + area->x_begin;
+        const int16_t *restrict to = level->surface[slot_to] + area->x_begin + dx;
+        slot += area->row_step < turn - slot ? area->row_step : area->row_step - turn;
+        slot_to += area->row_step < turn - slot_to ? area->row_step : area->row_step - turn;
         int16_t *restrict value = taken->value + taken->all;
         int16_t known = 0;
         for (int x = 0; x < columns; x++) {

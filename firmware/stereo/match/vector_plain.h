@@ -13,6 +13,7 @@
 #include "stereo/match/state.h"
 #if defined(__bfin__)
 #include "stereo/bfin/cells.h"
+#include "stereo/bfin/census.h"
 #include "stereo/bfin/quotient.h"
 // The passes over all lanes of a pixel are those of the cells; the rest is plain C.
 #define VECTOR_HAS_CELLS
