@@ -28,29 +28,35 @@ static inline uint32_t cells_pair(uint32_t value) {
 }
 
 // Begins a loop; I0 chooses the bytes of BYTEUNPACK.
-#define CELLS_PREPARE                   \
-    "R0 = 0;\n I0 = R0;\n"              \
-    "LSETUP (1f, 2f) LC0 = %[words];\n" \
-    "R0 = [%[from]++];\n"               \
-    "(R3, R2) = BYTEUNPACK R1:0;\n"     \
-    "R5 = 255;\n R4 = PACK(R2.L, R5.L);\n"
+#define CELLS_PREPARE                      \
+    "R0 = 0;\n I0 = R0;\n"                 \
+    "R0 = [%[from]++];\n"                  \
+    "(R3, R2) = BYTEUNPACK R1:0;\n"        \
+    "R5 = 255;\n R4 = PACK(R2.L, R5.L);\n" \
+    "LSETUP (1f, 2f) LC0 = %[words];\n"
 
-// Cells R0 become min(here, neighbours + R6) in R3 and R2. R4: the first cell and the one before
-// it, then the last one and the one after it, whose load is `next`. R5 is used. `own` loads R0.
-#define CELLS_LEAN(next, own)       \
-    "(R3, R2) = BYTEUNPACK R1:0;\n" \
-    "R5 = PACK(R3.L, R2.H);\n"      \
-    "R4 = MIN(R4, R5) (V);\n"       \
-    "R4 = R4 +|+ R6;\n"             \
-    "R2 = MIN(R2, R4) (V);\n" next  \
-    "R4 = PACK(R0.L, R3.H);\n"      \
-    "R5 = MIN(R5, R4) (V);\n"       \
-    "R5 = R5 +|+ R6;\n"             \
+// The cells in R3 and R2 become min(here, neighbours + R6). R4: the first cell and the one before
+// it, then the last one and the one after it, which is loaded by `next`. R5 is used. `own` loads
+// R0.
+#define CELLS_LEAN(next, own)   \
+    "R5 = PACK(R3.L, R2.H);\n"  \
+    "R4 = MIN(R4, R5) (V);\n"   \
+    "R4 = R4 +|+ R6;\n"         \
+    "R2 = MIN(R2, R4) (V)" next \
+    ";\n"                       \
+    "R4 = PACK(R0.L, R3.H);\n"  \
+    "R5 = MIN(R5, R4) (V);\n"   \
+    "R5 = R5 +|+ R6;\n"         \
     "R3 = MIN(R3, R5) (V)" own ";\n"
 
-#define CELLS_NEXT "R0 = B[%[from]] (Z);\n"
-#define CELLS_END "R0 = 255;\n"
+#define CELLS_NEXT "|| R0 = B[%[from]] (Z)"
+#define CELLS_END ";\n R0 = 255"
 
+// Ends a turn: stores four cells, and unpacks the next ones.
+#define CELLS_TURN "2: (R3, R2) = BYTEUNPACK R1:0 || [%[to]++] = R5;\n"
+#define CELLS_LAST "[%[to]++] = R5;\n"
+
+// R5: four cells.
 #define CELLS_BLEND(more)                                              \
     "A1 = R2.H * R7.L, A0 = R2.L * R7.L (FU);\n"                       \
     "(R5, R0) = BYTEUNPACK R1:0;\n"                                    \
@@ -58,7 +64,7 @@ static inline uint32_t cells_pair(uint32_t value) {
     "A1 = R3.H * R7.L, A0 = R3.L * R7.L (FU);\n"                       \
     "R3.H = (A1 += R5.H * R7.H), R3.L = (A0 += R5.L * R7.H) (FU)" more \
     ";\n"                                                              \
-    "R2 = BYTEPACK(R2, R3);\n"
+    "R5 = BYTEPACK(R2, R3);\n"
 
 #define CELLS_CLOBBERED "I0", "A0", "A1", "LC0", "LT0", "LB0", "CC", "memory"
 
@@ -70,10 +76,10 @@ static inline void cells_blend(const uint8_t *from, const uint8_t *own, uint8_t 
     __asm__ volatile(CELLS_PREPARE                                        //
                      "1:\n" CELLS_LEAN(CELLS_NEXT, "|| R0 = [%[own]++]")  //
                      CELLS_BLEND("|| R0 = [%[from]++]")                   //
-                     "2: [%[to]++] = R2;\n"                               //
-                     CELLS_LEAN(CELLS_END, "|| R0 = [%[own]++]")          //
+                     CELLS_TURN                                           //
+                         CELLS_LEAN(CELLS_END, "|| R0 = [%[own]++]")      //
                      CELLS_BLEND("")                                      //
-                     "[%[to]++] = R2;\n"
+                     CELLS_LAST
                      : [from] "+a"(from), [own] "+a"(own), [to] "+a"(to), "+q6"(prices),
                        "+q7"(shares)
                      : [words] "a"(lanes / 4 - 1)
@@ -115,7 +121,7 @@ static inline const uint8_t *cells_sheared(const uint8_t *from, int rise, uint8_
     "A1 = R3.H * R1.L, A0 = R3.L * R1.L (FU);\n"                       \
     "R3.H = (A1 += R5.H * R1.H), R3.L = (A0 += R5.L * R1.H) (FU)" more \
     ";\n"                                                              \
-    "R2 = BYTEPACK(R2, R3);\n"
+    "R5 = BYTEPACK(R2, R3);\n"
 
 /// joined = blend(joined, lean(average)), then average = blend(lean(average), own).
 static inline void cells_join(uint8_t *average, const uint8_t *own, uint8_t *joined, uint32_t price,
@@ -127,10 +133,10 @@ static inline void cells_join(uint8_t *average, const uint8_t *own, uint8_t *joi
         CELLS_PREPARE                                         //
         "1:\n" CELLS_LEAN(CELLS_NEXT, "|| R0 = [%[joined]]")  //
         CELLS_JOIN("|| R0 = [%[from]++]")                     //
-        "2: [%[to]++] = R2;\n"                                //
-        CELLS_LEAN(CELLS_END, "|| R0 = [%[joined]]")          //
+        CELLS_TURN                                            //
+            CELLS_LEAN(CELLS_END, "|| R0 = [%[joined]]")      //
         CELLS_JOIN("")                                        //
-        "[%[to]++] = R2;\n"
+        CELLS_LAST
         : [from] "+a"(from), [own] "+a"(own), [joined] "+a"(joined), [to] "+a"(average),
           "+q6"(prices), "+q7"(join_shares), "+q1"(shares)
         : [words] "a"(lanes / 4 - 1)
@@ -146,7 +152,7 @@ static inline void cells_join(uint8_t *average, const uint8_t *own, uint8_t *joi
     "R1 = MIN(R1, R2) (V)" more     \
     ";\n"                           \
     "R1 = MIN(R1, R3) (V);\n"       \
-    "R2 = BYTEPACK(R2, R3);\n"
+    "R5 = BYTEPACK(R2, R3);\n"
 
 /// to = cost + min(from, its neighbours + p1, p2): a path cost before its lowest one, which is
 /// returned, is subtracted. `to` may be `from`.
@@ -156,10 +162,10 @@ static inline uint32_t cells_path(const uint8_t *from, const uint8_t *cost, uint
     __asm__ volatile(CELLS_PREPARE                                         //
                      "1:\n" CELLS_LEAN(CELLS_NEXT, "|| R0 = [%[cost]++]")  //
                      CELLS_PATH("|| R0 = [%[from]++]")                     //
-                     "2: [%[to]++] = R2;\n"                                //
-                     CELLS_LEAN(CELLS_END, "|| R0 = [%[cost]++]")          //
+                     CELLS_TURN                                            //
+                         CELLS_LEAN(CELLS_END, "|| R0 = [%[cost]++]")      //
                      CELLS_PATH("")                                        //
-                     "[%[to]++] = R2;\n"
+                     CELLS_LAST
                      : [from] "+a"(from), [cost] "+a"(cost), [to] "+a"(to), "+q6"(small),
                        "+q7"(large), "+q1"(lowest)
                      : [words] "a"(lanes / 4 - 1)
@@ -189,9 +195,9 @@ static inline void cells_sum(uint8_t *path, uint32_t lowest, const uint8_t *abov
     uint32_t four = lowest * 0x01010101u, limit = cells_pair(most);
     __asm__ volatile(
         "R0 = 0;\n I0 = R0;\n"
+        "R0 = [%[path]];\n"
         "LSETUP (1f, 2f) LC0 = %[words];\n"
-        "1: R0 = [%[path]];\n"
-        "R0 = R0 - R1;\n"
+        "1: R0 = R0 - R1;\n"
         "(R3, R2) = BYTEUNPACK R1:0 || [%[path]++] = R0;\n"
         "R2 = MIN(R2, R6) (V) || R0 = [%[above]++];\n"
         "(R5, R4) = BYTEUNPACK R1:0;\n"
@@ -199,7 +205,7 @@ static inline void cells_sum(uint8_t *path, uint32_t lowest, const uint8_t *abov
         "R4 = MIN(R4, R6) (V);\n"
         "R5 = MIN(R5, R6) (V);\n"
         "R2 = R2 +|+ R4;\n"
-        "R3 = R3 +|+ R5;\n"
+        "R3 = R3 +|+ R5 || R0 = [%[path]];\n"
         "R2 = BYTEPACK(R2, R3);\n"
         "2: [%[sum]++] = R2;\n"
         : [path] "+a"(path), [above] "+a"(above), [sum] "+a"(sum), "+q1"(four), "+q6"(limit)
@@ -213,19 +219,18 @@ static inline void cells_total(uint8_t *path, uint32_t lowest, const uint8_t *su
                                int lanes) {
     uint32_t four = lowest * 0x01010101u;
     __asm__ volatile(
-        "R0 = 0;\n I0 = R0;\n"
+        "R0 = 0;\n I0 = R0;\n I1 = %[sum];\n"
+        "R0 = [%[path]];\n"
         "LSETUP (1f, 2f) LC0 = %[words];\n"
-        "1: R0 = [%[path]];\n"
-        "R0 = R0 - R1;\n"
-        "(R3, R2) = BYTEUNPACK R1:0 || [%[path]++] = R0;\n"
-        "R0 = [%[sum]++];\n"
+        "1: R0 = R0 - R1;\n"
+        "(R3, R2) = BYTEUNPACK R1:0 || [%[path]++] = R0 || R0 = [I1++];\n"
         "(R5, R4) = BYTEUNPACK R1:0;\n"
-        "R2 = R2 +|+ R4;\n"
+        "R2 = R2 +|+ R4 || R0 = [%[path]];\n"
         "R3 = R3 +|+ R5 || [%[total]++] = R2;\n"
         "2: [%[total]++] = R3;\n"
-        : [path] "+a"(path), [sum] "+a"(sum), [total] "+a"(total), "+q1"(four)
-        : [words] "a"(lanes / 4)
-        : "R0", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
+        : [path] "+a"(path), [total] "+a"(total), "+q1"(four)
+        : [sum] "a"(sum), [words] "a"(lanes / 4)
+        : "R0", "R2", "R3", "R4", "R5", "I1", CELLS_CLOBBERED);
 }
 
 /// The lowest of at most CELLS_KEYED sums times CELLS_KEYED, plus its lane.
@@ -283,7 +288,6 @@ static inline void cells_cost(const uint32_t *census, uint32_t own, const uint16
                               uint32_t own_gradient, uint32_t most, uint8_t *to, int lanes) {
     uint32_t gradients = cells_pair(own_gradient), limit = cells_pair(most);
 #define CELLS_DIFFER(result)                                                        \
-    "R0 = [%[census]++];\n"                                                         \
     "R0 = R0 ^ R7;\n"                                                               \
     "R0.L = ONES R0 || R1 = [%[census]++];\n"                                       \
     "R1 = R1 ^ R7;\n"                                                               \
@@ -292,8 +296,9 @@ static inline void cells_cost(const uint32_t *census, uint32_t own, const uint16
     "R0 = PACK(R1.L, R0.L);\n" result " = " result                                  \
     " -|- R6;\n"                                                                    \
     "R0 = R0 << 2 (V);\n" result " = ABS " result " (V);\n" result " = MIN(" result \
-    ", R5) (V);\n" result " = " result " +|+ R0;\n"
+    ", R5) (V);\n" result " = " result " +|+ R0 || R0 = [%[census]++];\n"
     __asm__ volatile(
+        "R0 = [%[census]++];\n"
         "LSETUP (1f, 2f) LC0 = %[words];\n"
         "1:\n" CELLS_DIFFER("R2") CELLS_DIFFER("R3")  //
         "R2 = BYTEPACK(R2, R3);\n"
