@@ -49,16 +49,36 @@ static inline match_share match_share_swapped(match_share share) {
 }
 
 // Weight of a neighbour across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8, which is
-// close to 0.9 exp(-step / 14).
+// close to 0.9 exp(-step / 14). Computed where vectors do it, else found in a table.
+#define WEIGHT_UNIT (UINT16_MAX / TUNE_EDGE_STEP)
+#if defined(VECTOR_HAS_CELLS)
+#define WEIGHT_SQUARE(share) ((share) * (share) >> 16)
+#define WEIGHT(step)                                                                          \
+    (WEIGHT_SQUARE(                                                                           \
+         WEIGHT_SQUARE(WEIGHT_SQUARE((uint32_t)(WEIGHT_UNIT * (TUNE_EDGE_STEP - (step)))))) * \
+         TUNE_EDGE_WEIGHT >>                                                                  \
+     16)
+#define WEIGHTS_4(step) WEIGHT(step), WEIGHT((step) + 1), WEIGHT((step) + 2), WEIGHT((step) + 3)
+#define WEIGHTS_16(step) \
+    WEIGHTS_4(step), WEIGHTS_4((step) + 4), WEIGHTS_4((step) + 8), WEIGHTS_4((step) + 12)
+
 static inline uint16_t match_weight(uint8_t step) {
-    enum { STEP_UNIT = UINT16_MAX / TUNE_EDGE_STEP };
+    _Static_assert(TUNE_EDGE_STEP == 7 * 16, "as many weights");
+    static const uint16_t weights[TUNE_EDGE_STEP + 1] = {
+        WEIGHTS_16(0),  WEIGHTS_16(16), WEIGHTS_16(32), WEIGHTS_16(48),
+        WEIGHTS_16(64), WEIGHTS_16(80), WEIGHTS_16(96)};
+    return weights[step < TUNE_EDGE_STEP ? step : TUNE_EDGE_STEP];
+}
+#else
+static inline uint16_t match_weight(uint8_t step) {
     const uint16_t capped = step < TUNE_EDGE_STEP ? step : TUNE_EDGE_STEP;
-    const uint16_t base = (uint16_t)(STEP_UNIT * (TUNE_EDGE_STEP - capped));
+    const uint16_t base = (uint16_t)(WEIGHT_UNIT * (TUNE_EDGE_STEP - capped));
     const uint16_t square = (uint16_t)((uint32_t)base * base >> 16);
     const uint16_t fourth = (uint16_t)((uint32_t)square * square >> 16);
     const uint16_t eighth = (uint16_t)((uint32_t)fourth * fourth >> 16);
     return (uint16_t)((uint32_t)eighth * TUNE_EDGE_WEIGHT >> 16);
 }
+#endif
 
 // Weight of the average from above across an edge of `weight`. It reaches further than the rows of
 // look-ahead below, and would lag behind a slanted surface: a sixteenth less.

@@ -277,6 +277,7 @@ static inline struct changes changes_from(const struct paper *paper, struct spot
 static inline void take_cheaper(int change, int ahead, int penalty, struct move *best) {
     if (ahead >> 16 < best->total - penalty) {
         const int score = ahead & UINT16_MAX;
+        INVARIANT(score <= ahead >> 16 && score <= TUNE_PAPER_AHEAD_PX * SIGNATURE_BITS);
         *best = (struct move){change, score, score + penalty};
     }
 }
@@ -562,6 +563,7 @@ static void finish_pixel(const struct paper *paper, int x, int y, const struct b
 
 static struct beside compare_beside(const struct paper *paper, int x) {
     const int disparity = paper->column[x].disparity;
+    INVARIANT(inside(paper, (struct spot){x, x - disparity}));
     const uint32_t left = paper->left_signature[x];
     const uint32_t *right = paper->right_signature + x - disparity;
     const struct changes range = disparities_at(paper, x);
@@ -598,6 +600,7 @@ __attribute__((noinline)) static void finish_row(const struct paper *paper, int 
     const int begin = clamp(paper->first + paper->right.begin, paper->left.begin, paper->left.end);
     const int most = paper->right.begin < paper->right.end ? paper->last + paper->right.end : begin;
     const int end = clamp(most, begin, paper->left.end);
+    INVARIANT(0 <= begin && begin <= end && end <= paper->width);
     struct column *column = paper->column;
     struct beside around = {0, 0};
     finish_border(paper, &row, 0, begin);

@@ -7,6 +7,9 @@
 
 #include "core/invariant.h"
 #include "stereo/match/state.h"
+#if defined(__bfin__)
+#include "stereo/bfin/pairs.h"
+#endif
 
 static int padded_lanes(int disparity_count) {
     return (disparity_count + MATCH_LANES - 1) / MATCH_LANES * MATCH_LANES;
@@ -310,7 +313,7 @@ static struct area area_of_tile(const struct match_level *level, int band_begin,
 // DIFFERENCE_MAX. Those that are not known are INT16_MAX.
 struct differences {
     int known, all;
-    int16_t value[DIFFERENCES_MAX];
+    int16_t value[DIFFERENCES_MAX + 1];
 };
 
 static inline int16_t limited(int16_t difference) {
@@ -350,15 +353,35 @@ static void take_differences(const struct match_level *level, const struct area 
     }
 }
 
+// The number of differences below a candidate.
+static int count_below(struct differences *taken, int16_t candidate) {
+    int16_t *value = taken->value;
+    const int count = taken->all;
+    INVARIANT(count <= DIFFERENCES_MAX && candidate >= -DIFFERENCE_MAX);
+#if defined(__bfin__)
+    value[count] = INT16_MAX;
+    pair16 below = pair_of(0);
+    for (int i = 0; i < count; i += 2) {
+        // What is not known is too large to subtract from.
+        below -=
+            pair_sign(pair_min(pair_load(value, i), pair_of(DIFFERENCE_MAX)) - pair_of(candidate));
+    }
+    return below[0] + below[1];
+#else
+    int16_t below = 0;
+    for (int i = 0; i < count; i++) {
+        below = (int16_t)(below + (value[i] < candidate));
+    }
+    return below;
+#endif
+}
+
 // The lowest value that more than half of the known differences do not exceed, by bisection.
-static int median_of(const struct differences *taken) {
+static int median_of(struct differences *taken) {
     int16_t median = -DIFFERENCE_MAX;
     for (int16_t step = DIFFERENCE_MAX; step > 0; step /= 2) {
         const int16_t candidate = (int16_t)(median + step);
-        int16_t below = 0;
-        for (int i = 0; i < taken->all; i++) {
-            below = (int16_t)(below + (taken->value[i] < candidate));
-        }
+        const int below = count_below(taken, candidate);
         median = below <= taken->known / 2 ? candidate : median;
     }
     return median;
@@ -373,7 +396,7 @@ static int near_differences(const struct differences *taken, int middle, int *su
     for (int i = 0; i < taken->all; i++) {
         const int is_near = (taken->value[i] >= low) & (taken->value[i] <= high);
         near += is_near;
-        *sum += is_near != 0 ? taken->value[i] : 0;
+        *sum += taken->value[i] & -is_near;
     }
     return near;
 }
