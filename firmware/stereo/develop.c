@@ -5,6 +5,9 @@
 #include "core/invariant.h"
 #include "core/root.h"
 #include "stereo/image/debayer.h"
+#if defined(__bfin__)
+#include "stereo/bfin/mosaic.h"
+#endif
 
 enum { CHANNELS = 3, BALANCE_MAX = 4 };
 
@@ -86,9 +89,16 @@ static void fill_tone(const struct raw_image *raw, uint32_t gain_q8, uint8_t *to
     }
 }
 
+#if !defined(__bfin__)
+static inline uint32_t product_u16(uint32_t a, uint32_t b) {
+    return a * b;
+}
+#endif
+
 // Luma of ITU-R BT.601 in 1/256.
 static uint32_t luma(const uint16_t *rgb) {
-    return (77U * rgb[0] + 150U * rgb[1] + 29U * rgb[2] + 128U) >> 8;
+    return (product_u16(77, rgb[0]) + product_u16(150, rgb[1]) + product_u16(29, rgb[2]) + 128U) >>
+           8;
 }
 
 // Grey and colour of a row of pixels, no value of which exceeds the largest. `colour` may be NULL.
@@ -97,6 +107,12 @@ static void tone_row(const struct develop_state *develop, const uint16_t *rgb, i
     const uint8_t *tone = develop->tone;
     const uint8_t *red = develop->balanced[0], *green = develop->balanced[1];
     const uint8_t *blue = develop->balanced[2];
+#if defined(__bfin__)
+    if (colour != NULL) {
+        mosaic_tones(rgb, width, tone, develop->balanced, grey, colour);
+        return;
+    }
+#endif
     for (int x = 0; x < width; x++, rgb += CHANNELS) {
         grey[x] = tone[luma(rgb)];
         if (colour != NULL) {

@@ -5,9 +5,14 @@
 #include <stddef.h>
 
 #include "core/invariant.h"
+#if defined(__bfin__)
+#include "stereo/bfin/mosaic.h"
+#endif
 
-// Columns of green kept on both sides of a row.
-enum { PAD = DEBAYER_MARGIN_PX / 2 };
+enum {
+    PAD = DEBAYER_MARGIN_PX / 2,  // columns of green kept on both sides of a row
+    GREEN_ROWS = 5,               // that an estimate of green depends on
+};
 
 static int32_t absolute(int32_t v) {
     return v < 0 ? -v : v;
@@ -42,26 +47,65 @@ static int32_t estimate_green(int32_t middle, int32_t left2, int32_t left, int32
     return (both_q3 + 4) >> 3;
 }
 
+#if defined(__bfin__)
+// In the unused margin of a row of green: all pixels that it depends on fit mosaic_row().
+enum { FITS = 0 };
+
+// Fills green from column x on, two at a time where the pixels allow it; where the rest begins.
+static int fill_green_pairs(const uint16_t *const row[GREEN_ROWS], int x, int width,
+                            int32_t *green) {
+    uint32_t bits = 0;
+    for (int i = 0; i < GREEN_ROWS; i++) {
+        bits |= (uint32_t)(uintptr_t)row[i] % sizeof(pair16);
+    }
+    green[FITS] = 0;
+    if (bits != 0) {
+        return x;
+    }
+    const int end = width - 4;
+    bits = x % 2 != 0 ? mosaic_green(row, x, end, green + PAD, true)
+                      : mosaic_green(row, x, end, green + PAD, false);
+    green[FITS] = ((bits | bits << 16) >> 16 >> MOSAIC_BITS) == 0;
+    return green[FITS] && end > x ? x + (end - x + 1) / 4 * 4 : x;
+}
+#else
+static int fill_green_pairs(const uint16_t *const row[GREEN_ROWS], int x, int width,
+                            const int32_t *green) {
+    (void)row, (void)width, (void)green;
+    return x;
+}
+#endif
+
+// Green of a column near the first or the last one.
+static void fill_green_edge(const uint16_t *const row[GREEN_ROWS], int x, int width,
+                            int32_t *green) {
+    const uint16_t *here = row[GREEN_ROWS / 2];
+    const int l2 = mirror(x - 2, width), l = mirror(x - 1, width);
+    const int r = mirror(x + 1, width), r2 = mirror(x + 2, width);
+    green[x + PAD] = estimate_green(here[x], here[l2], here[l], here[r], here[r2], row[0][x],
+                                    row[1][x], row[3][x], row[4][x]);
+}
+
 // Green of the columns -1..width of row y into green[x + PAD]: measured, or estimated.
 static void fill_green(const struct image_u16 *raw, int y, int32_t *green) {
-    const uint16_t *up2 = row_at(raw, y - 2), *up = row_at(raw, y - 1), *here = row_at(raw, y);
-    const uint16_t *down = row_at(raw, y + 1), *down2 = row_at(raw, y + 2);
+    const uint16_t *row[GREEN_ROWS];
+    for (int i = 0; i < GREEN_ROWS; i++) {
+        row[i] = row_at(raw, y + i - GREEN_ROWS / 2);
+    }
+    const uint16_t *here = row[GREEN_ROWS / 2];
     const int width = raw->width;
     const int first = 1 - (y & 1);  // first column without green; mirroring rows keeps it
     for (int x = 1 - first; x < width; x += 2) {
         green[x + PAD] = here[x];
     }
-    for (int x = first; x < width; x += 2) {
-        if (x < 2 || x >= width - 2) {
-            const int l2 = mirror(x - 2, width), l = mirror(x - 1, width);
-            const int r = mirror(x + 1, width), r2 = mirror(x + 2, width);
-            green[x + PAD] = estimate_green(here[x], here[l2], here[l], here[r], here[r2], up2[x],
-                                            up[x], down[x], down2[x]);
-        }
-    }
-    for (int x = first + 2; x < width - 2; x += 2) {
+    fill_green_edge(row, first, width, green);
+    int x = fill_green_pairs(row, first + 2, width, green);
+    for (; x < width - 2; x += 2) {
         green[x + PAD] = estimate_green(here[x], here[x - 2], here[x - 1], here[x + 1], here[x + 2],
-                                        up2[x], up[x], down[x], down2[x]);
+                                        row[0][x], row[1][x], row[3][x], row[4][x]);
+    }
+    for (; x < width; x += 2) {
+        fill_green_edge(row, x, width, green);
     }
     green[PAD - 1] = green[PAD + 1];
     green[PAD + width] = green[PAD + width - 2];
@@ -124,6 +168,27 @@ static void fill_pixel(const struct context *c, int x, int width, int first, int
     }
 }
 
+#if defined(__bfin__)
+// Fills pixels from column x on, which is one whose colour was measured, two of them and two of
+// green at a time; where the rest begins.
+static int fill_pairs(const struct context *c, int x, int width, int own, int32_t largest,
+                      uint16_t *rgb) {
+    if (!c->green_up[FITS] || !c->green[FITS] || !c->green_down[FITS] || largest > INT16_MAX) {
+        return x;
+    }
+    const struct mosaic_rows rows = {
+        c->up, c->here, c->down, c->green_up + PAD, c->green + PAD, c->green_down + PAD};
+    return x % 2 != 0 ? mosaic_row(&rows, x, width - 4, true, own, largest, rgb)
+                      : mosaic_row(&rows, x, width - 4, false, own, largest, rgb);
+}
+#else
+static int fill_pairs(const struct context *c, int x, int width, int own, int32_t largest,
+                      const uint16_t *rgb) {
+    (void)c, (void)width, (void)own, (void)largest, (void)rgb;
+    return x;
+}
+#endif
+
 // Green of row y, which may be beyond the image, has the memory of every third row.
 static int32_t *green_at(int32_t *work, int y, int width) {
     return work + (ptrdiff_t)((y + 3) % 3) * (width + 2 * PAD);
@@ -145,10 +210,14 @@ static void make_row(const struct image_u16 *raw, int bits, int y, bool next, ui
     const int own = 2 * (y & 1);  // red or blue
     const int first = 1 - (y & 1);
     fill_pixel(&context, 0, width, first, own, largest, rgb);
-    for (int x = 2 - first; x < width - 1; x += 2) {
+    if (first == 0 && width > 2) {
+        fill_green_site(&context, 1, 0, 2, own, largest, rgb + 3);
+    }
+    const int begin = fill_pairs(&context, 2 - first, width, own, largest, rgb);
+    for (int x = begin; x < width - 1; x += 2) {
         fill_site(&context, x, x - 1, x + 1, own, largest, rgb + 3 * x);
     }
-    for (int x = 1 + first; x < width - 1; x += 2) {
+    for (int x = begin + 1; x < width - 1; x += 2) {
         fill_green_site(&context, x, x - 1, x + 1, own, largest, rgb + 3 * x);
     }
     fill_pixel(&context, width - 1, width, first, own, largest, rgb);
