@@ -5,7 +5,7 @@
 #include "core/invariant.h"
 #include "stereo/geometry/rectify.h"
 #if defined(__bfin__)
-#include "stereo/bfin/pairs.h"
+#include "stereo/bfin/warp.h"
 #endif
 
 enum {
@@ -29,26 +29,47 @@ static const int32_t factor_far_q14[STEP_PX] = {
     FACTOR(8),  FACTOR(7),  FACTOR(6),  FACTOR(5),  FACTOR(4),  FACTOR(3),  FACTOR(2),  FACTOR(1),
 };
 
-// Any step, at m/16 of the way.
-static int32_t interpolate(int64_t n1, int64_t n2, int64_t e1, int64_t e2, int m) {
+#if defined(__bfin__)
+// The two factors of a step, and one that is loaded and not used.
+#define FACTORS(m) ((uint32_t)FACTOR(16 - (m)) << 16 | (FACTOR(m) & 0xffff))
+static const uint32_t factors_q14[STEP_PX + 1] = {
+    FACTORS(0),  FACTORS(1),  FACTORS(2),  FACTORS(3),  FACTORS(4),  FACTORS(5),
+    FACTORS(6),  FACTORS(7),  FACTORS(8),  FACTORS(9),  FACTORS(10), FACTORS(11),
+    FACTORS(12), FACTORS(13), FACTORS(14), FACTORS(15), 0,
+};
+#endif
+
+// Any nodes, at m/16 of the way.
+static int32_t interpolate(int64_t n0, int64_t n1, int64_t n2, int64_t n3, int m) {
+    const int64_t e1 = n0 - 2 * n1 + n2, e2 = n1 - 2 * n2 + n3;
     const int64_t bend = (factor_near_q14[m] * e1 + factor_far_q14[m] * e2) >> 10;
     return (int32_t)(n1 + ((m * (n2 - n1) + bend + STEP_PX / 2) >> STEP_LOG2_MAX));
 }
 
-static bool is_within(int64_t value, int64_t limit) {
-    return value >= -limit && value <= limit;
+// Bits of a value from -2^bits to 2^bits - 1 that are too many: 0.
+static inline uint32_t beyond(int32_t value, int bits) {
+    return ((uint32_t)value + (1U << bits)) >> (bits + 1);
 }
 
-// Whether interpolate_32 suffices, as the factors are below 2^11 and 16 |rise| below 2^31.
-static bool is_smooth(int64_t rise, int64_t e1, int64_t e2) {
-    return is_within(rise, 1 << 26) && is_within(e1, 1 << 19) && is_within(e2, 1 << 19);
+// What interpolate_32 takes.
+struct cell {
+    int32_t first, rise, e1, e2;
+};
+
+// False if 32 bits do not suffice for the nodes: the factors are below 2^11, and 16 |rise| is below
+// 2^31.
+static inline bool fits_32(int32_t n0, int32_t n1, int32_t n2, int32_t n3, struct cell *cell) {
+    if ((beyond(n0, 28) | beyond(n1, 28) | beyond(n2, 28) | beyond(n3, 28)) != 0) {
+        return false;
+    }
+    *cell = (struct cell){n1, n2 - n1, n0 - 2 * n1 + n2, n1 - 2 * n2 + n3};
+    return (beyond(cell->rise, 26) | beyond(cell->e1, 19) | beyond(cell->e2, 19)) == 0;
 }
 
 // The same in 32 bits.
-static inline int32_t interpolate_32(int32_t first, int32_t rise, int32_t e1, int32_t e2,
-                                     int32_t m) {
-    const int32_t bend = (factor_near_q14[m] * e1 + factor_far_q14[m] * e2) >> 10;
-    return first + ((m * rise + bend + STEP_PX / 2) >> STEP_LOG2_MAX);
+static inline int32_t interpolate_32(struct cell c, int32_t m) {
+    const int32_t bend = (factor_near_q14[m] * c.e1 + factor_far_q14[m] * c.e2) >> 10;
+    return c.first + ((m * c.rise + bend + STEP_PX / 2) >> STEP_LOG2_MAX);
 }
 
 // The table's nodes at the height of row y.
@@ -63,35 +84,37 @@ static void cut_nodes(const struct rectify_table *table, const int32_t *nodes_q1
     const int32_t *n2 = n1 + table->columns;
     const int32_t *n3 = n2 + table->columns;
     for (int i = 0; i < table->columns; i++) {
-        const int64_t e1 = (int64_t)n0[i] - 2 * (int64_t)n1[i] + n2[i];
-        const int64_t e2 = (int64_t)n1[i] - 2 * (int64_t)n2[i] + n3[i];
-        const int64_t rise = (int64_t)n2[i] - n1[i];
-        cut_q16[i] = is_smooth(rise, e1, e2)
-                         ? interpolate_32(n1[i], (int32_t)rise, (int32_t)e1, (int32_t)e2, m)
-                         : interpolate(n1[i], n2[i], e1, e2, m);
+        struct cell here;
+        cut_q16[i] = fits_32(n0[i], n1[i], n2[i], n3[i], &here)
+                         ? interpolate_32(here, m)
+                         : interpolate(n0[i], n1[i], n2[i], n3[i], m);
     }
 }
 
 // One cell of a row: `count` pixels from n[1] towards n[2].
 static void fill_cell(const int32_t n[4], int step_log2, int count, int32_t *q16) {
-    const int64_t rise = (int64_t)n[2] - n[1];
-    const int64_t e1 = (int64_t)n[0] - 2 * (int64_t)n[1] + n[2];
-    const int64_t e2 = (int64_t)n[1] - 2 * (int64_t)n[2] + n[3];
-    if (!is_smooth(rise, e1, e2)) {
+    struct cell here;
+    if (!fits_32(n[0], n[1], n[2], n[3], &here)) {
         for (int x = 0; x < count; x++) {
-            q16[x] = interpolate(n[1], n[2], e1, e2, x << (STEP_LOG2_MAX - step_log2));
+            q16[x] = interpolate(n[0], n[1], n[2], n[3], x << (STEP_LOG2_MAX - step_log2));
         }
         return;
     }
-    const int32_t first = n[1], rise32 = (int32_t)rise, e1_32 = (int32_t)e1, e2_32 = (int32_t)e2;
+#if defined(__bfin__)
+    if (step_log2 == STEP_LOG2_MAX && (beyond(here.e1, 15) | beyond(here.e2, 15)) == 0) {
+        warp_line(here.first, here.rise, (uint32_t)here.e2 << 16 | (here.e1 & 0xffff), factors_q14,
+                  q16, count);
+        return;
+    }
+#endif
     if (count == STEP_PX) {
         for (int32_t m = 0; m < STEP_PX; m++) {
-            q16[m] = interpolate_32(first, rise32, e1_32, e2_32, m);
+            q16[m] = interpolate_32(here, m);
         }
         return;
     }
     for (int32_t x = 0; x < count; x++) {
-        q16[x] = interpolate_32(first, rise32, e1_32, e2_32, x << (STEP_LOG2_MAX - step_log2));
+        q16[x] = interpolate_32(here, x << (STEP_LOG2_MAX - step_log2));
     }
 }
 
@@ -183,16 +206,10 @@ static int32_t fraction_q11(int32_t q16) {
     return ((q16 & 0xffff) + 16) >> 5;
 }
 
-#if !defined(__bfin__)
-static inline int32_t product_16(int32_t a, int32_t b) {
-    return a * b;
-}
-#endif
-
 static uint8_t blend_u8(const uint8_t *above, const uint8_t *below, int step, int32_t fx_q11,
                         int32_t fy_q11) {
-    const int32_t upper = above[0] * 2048 + product_16(above[step] - above[0], fx_q11);
-    const int32_t lower = below[0] * 2048 + product_16(below[step] - below[0], fx_q11);
+    const int32_t upper = above[0] * 2048 + (above[step] - above[0]) * fx_q11;
+    const int32_t lower = below[0] * 2048 + (below[step] - below[0]) * fx_q11;
     return (uint8_t)((upper * 2048 + (lower - upper) * fy_q11 + (1 << 21)) >> 22);
 }
 
@@ -240,10 +257,21 @@ void rectify_row_strip(const struct rectify_table *table, const struct rectify_s
         copy_from_strip(table, strip, y, grey, colour);
         return;
     }
+    INVARIANT(extent->span.begin >= 0 && extent->span.end <= table->width_px);
     rectify_row_coordinates(table, y, work_q16, work_q16 + table->width_px);
     const int32_t *x_q16 = work_q16, *y_q16 = work_q16 + table->width_px;
     const ptrdiff_t grey_stride = strip->grey.stride, colour_stride = strip->colour.stride;
     const uint32_t upper_rows = (uint32_t)(strip->end - strip->begin - 1);
+#if defined(__bfin__)
+    if (colour != NULL && extent->first >= strip->begin && extent->last < strip->end) {
+        const int begin = extent->span.begin, count = extent->span.end - begin;
+        const struct warp_images images = {strip->grey.data - strip->begin * grey_stride,
+                                           strip->colour.data - strip->begin * colour_stride,
+                                           strip->grey.stride, strip->colour.stride};
+        warp_row(&images, x_q16 + begin, y_q16 + begin, grey + begin, colour + 3 * begin, count);
+        return;
+    }
+#endif
     for (int x = extent->span.begin; x < extent->span.end; x++) {
         const int32_t row = (y_q16[x] >> 16) - strip->begin, column = x_q16[x] >> 16;
         if ((uint32_t)row >= upper_rows) {

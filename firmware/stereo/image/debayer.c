@@ -79,6 +79,7 @@ static int fill_green_pairs(const uint16_t *const row[GREEN_ROWS], int x, int wi
 // Green of a column near the first or the last one.
 static void fill_green_edge(const uint16_t *const row[GREEN_ROWS], int x, int width,
                             int32_t *green) {
+    INVARIANT(x >= 0 && x < width);
     const uint16_t *here = row[GREEN_ROWS / 2];
     const int l2 = mirror(x - 2, width), l = mirror(x - 1, width);
     const int r = mirror(x + 1, width), r2 = mirror(x + 2, width);
@@ -214,6 +215,7 @@ static void make_row(const struct image_u16 *raw, int bits, int y, bool next, ui
         fill_green_site(&context, 1, 0, 2, own, largest, rgb + 3);
     }
     const int begin = fill_pairs(&context, 2 - first, width, own, largest, rgb);
+    INVARIANT(begin % 2 == first && begin <= width + first);
     for (int x = begin; x < width - 1; x += 2) {
         fill_site(&context, x, x - 1, x + 1, own, largest, rgb + 3 * x);
     }
