@@ -13,6 +13,7 @@ import sys
 SIZES = {"full": (320, 240, 64, 340, 195, 672, 400), "quick": (160, 120, 32, 170, 98, 336, 200)}
 UNITS = {"board": "searched disparity", "subpixel": "pixel", "paper": "pixel and disparity", "prepare": "pixel",
          "develop": "raw pixel", "rectify": "pixel, both sides"}
+SURFACE = ("board", "subpixel", "prepare", "develop", "rectify")
 CORE_HZ = 600e6
 
 
@@ -34,11 +35,15 @@ def run(simulator, program, size):
     if done.returncode != 0:
         sys.exit(f"bf537: the program failed in the simulator: {(done.stderr or done.stdout).strip()[-300:]}")
     stages = {}
-    for line in done.stdout.splitlines():
+    *lines, memory = done.stdout.splitlines()
+    for line in lines:
         stage, kilocycles, units, stack, crc = line.split()
         stages[stage] = {"kilocycles": int(kilocycles), "cycles_per_unit": round(1e3 * int(kilocycles) / int(units), 1),
                          "unit": UNITS[stage], "stack_bytes": int(stack), "crc": crc}
-    return {"sizes": SIZES[size], "stages": stages, "code": read_map(f"{program}.map")}
+    working_bytes, frame_bytes = map(int, memory.removeprefix("memory ").split())
+    return {"sizes": SIZES[size], "stages": stages, "surface": {
+        "kilocycles": sum(stages[name]["kilocycles"] for name in SURFACE), "stages": SURFACE,
+        "working_bytes": working_bytes, "frame_bytes": frame_bytes}, "code": read_map(f"{program}.map")}
 
 
 def print_table(document):
@@ -49,6 +54,10 @@ def print_table(document):
     for name, stage in document["stages"].items():
         print(f"{name:10} {stage['kilocycles'] / 1e3:9.1f} {stage['kilocycles'] * 1e6 / CORE_HZ:7.0f} "
               f"{stage['cycles_per_unit']:8.1f}  {stage['unit']:20} {stage['stack_bytes']:7}")
+    surface = document["surface"]
+    print(f"{'surface':10} {surface['kilocycles'] / 1e3:9.1f} {surface['kilocycles'] * 1e6 / CORE_HZ:7.0f}  "
+          f"{' + '.join(surface['stages'])}\n\nmemory of a surface: {surface['working_bytes']} bytes, "
+          f"and {surface['frame_bytes']} of two frames of {2 * width}x{2 * height}")
     print(f"\n{'library':18} {'code':>8} {'data':>8}  bytes, linked")
     for name, part in sorted(document["code"].items()):
         print(f"{name:18} {part['code_bytes']:8} {part['data_bytes']:8}")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cycles of the stereo pipeline on the simulated BF537: tools/bench bf537 builds, runs and reads
-// it. Each line is the name of a stage, its cycles in thousands, and what they are divided by.
+// it. Each line is the name of a stage, its cycles in thousands, and what they are divided by; the
+// last one has the bytes of a surface's working memory and of its two frames.
 #include <inttypes.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -16,6 +17,7 @@
 #include "stereo/image/reason.h"
 #include "stereo/match/match.h"
 #include "stereo/pictures.h"
+#include "stereo/reconstruct.h"
 #include "stereo/subpixel.h"
 
 enum {
@@ -257,6 +259,24 @@ static void run_pictures(int width, int height, int raw_width, int raw_height) {
     print_stage("rectify", pictures.rectify_us, (uint32_t)pixels, crc);
 }
 
+// Of a surface as firmware/memory makes it, from frames of twice its width and height.
+static void print_memory(int width, int height, int disparities) {
+    const struct calibration rig = rig_of(2 * width, 2 * height);
+    struct rectify_plan plan = plan_of(&rig, width, height);
+    plan.disparity_count = disparities;
+    const struct raw_image raw = {.width_px = 2 * width,
+                                  .height_px = 2 * height,
+                                  .stride = 2 * width,
+                                  .bits = RAW_BITS,
+                                  .layout = RAW_BAYER_GRBG};
+    struct reconstruct_options options = reconstruct_default_options();
+    options.preset = MATCH_PRESET_BOARD;
+    options.recompute_surface = options.remake_pictures = true;
+    const struct reconstruct_need need = reconstruct_needs(&raw, &raw, &rig, &plan, &options, 1);
+    const size_t frame_bytes = 4 * (size_t)width * (size_t)height * sizeof *raw.data;
+    printf("memory %lu %lu\n", (unsigned long)need.bytes, 2 * (unsigned long)frame_bytes);
+}
+
 int main(int argc, char **argv) {
     INVARIANT(argc == 8);
     int sizes[7];
@@ -269,5 +289,6 @@ int main(int argc, char **argv) {
     start_cycles();
     run_matching(sizes[0], sizes[1], sizes[2]);
     run_pictures(sizes[3], sizes[4], sizes[5], sizes[6]);
+    print_memory(sizes[0], sizes[1], sizes[2]);
     return 0;
 }
