@@ -246,6 +246,24 @@ static void copy_from_strip(const struct rectify_table *table, const struct rect
     }
 }
 
+#if defined(__bfin__)
+// In both images; false: the strip has a part of the row only.
+static bool blend_whole_row(const struct rectify_strip *strip, const struct rectify_extent *extent,
+                            const int32_t *x_q16, const int32_t *y_q16, uint8_t *grey,
+                            uint8_t *colour) {
+    if (colour == NULL || extent->first < strip->begin || extent->last >= strip->end) {
+        return false;
+    }
+    const int begin = extent->span.begin, count = extent->span.end - begin;
+    const ptrdiff_t grey_stride = strip->grey.stride, colour_stride = strip->colour.stride;
+    const struct warp_images images = {strip->grey.data - strip->begin * grey_stride,
+                                       strip->colour.data - strip->begin * colour_stride,
+                                       strip->grey.stride, strip->colour.stride};
+    warp_row(&images, x_q16 + begin, y_q16 + begin, grey + begin, colour + 3 * begin, count);
+    return true;
+}
+#endif
+
 void rectify_row_strip(const struct rectify_table *table, const struct rectify_strip *strip,
                        const struct rectify_extent *extent, int y, uint8_t *grey, uint8_t *colour,
                        int32_t *work_q16) {
@@ -263,12 +281,7 @@ void rectify_row_strip(const struct rectify_table *table, const struct rectify_s
     const ptrdiff_t grey_stride = strip->grey.stride, colour_stride = strip->colour.stride;
     const uint32_t upper_rows = (uint32_t)(strip->end - strip->begin - 1);
 #if defined(__bfin__)
-    if (colour != NULL && extent->first >= strip->begin && extent->last < strip->end) {
-        const int begin = extent->span.begin, count = extent->span.end - begin;
-        const struct warp_images images = {strip->grey.data - strip->begin * grey_stride,
-                                           strip->colour.data - strip->begin * colour_stride,
-                                           strip->grey.stride, strip->colour.stride};
-        warp_row(&images, x_q16 + begin, y_q16 + begin, grey + begin, colour + 3 * begin, count);
+    if (blend_whole_row(strip, extent, x_q16, y_q16, grey, colour)) {
         return;
     }
 #endif

@@ -195,6 +195,22 @@ static int32_t *green_at(int32_t *work, int y, int width) {
     return work + (ptrdiff_t)((y + 3) % 3) * (width + 2 * PAD);
 }
 
+// All pixels of a row but the first and the last one.
+static void fill_inside(const struct context *c, int first, int width, int own, int32_t largest,
+                        uint16_t *rgb) {
+    if (first == 0 && width > 2) {
+        fill_green_site(c, 1, 0, 2, own, largest, rgb + 3);
+    }
+    const int begin = fill_pairs(c, 2 - first, width, own, largest, rgb);
+    INVARIANT(begin % 2 == first && begin <= width + first);
+    for (int x = begin; x < width - 1; x += 2) {
+        fill_site(c, x, x - 1, x + 1, own, largest, rgb + 3 * x);
+    }
+    for (int x = begin + 1; x < width - 1; x += 2) {
+        fill_green_site(c, x, x - 1, x + 1, own, largest, rgb + 3 * x);
+    }
+}
+
 static void make_row(const struct image_u16 *raw, int bits, int y, bool next, uint16_t *rgb,
                      int32_t *work) {
     INVARIANT(raw->width >= 2 && raw->height >= 2);
@@ -211,17 +227,7 @@ static void make_row(const struct image_u16 *raw, int bits, int y, bool next, ui
     const int own = 2 * (y & 1);  // red or blue
     const int first = 1 - (y & 1);
     fill_pixel(&context, 0, width, first, own, largest, rgb);
-    if (first == 0 && width > 2) {
-        fill_green_site(&context, 1, 0, 2, own, largest, rgb + 3);
-    }
-    const int begin = fill_pairs(&context, 2 - first, width, own, largest, rgb);
-    INVARIANT(begin % 2 == first && begin <= width + first);
-    for (int x = begin; x < width - 1; x += 2) {
-        fill_site(&context, x, x - 1, x + 1, own, largest, rgb + 3 * x);
-    }
-    for (int x = begin + 1; x < width - 1; x += 2) {
-        fill_green_site(&context, x, x - 1, x + 1, own, largest, rgb + 3 * x);
-    }
+    fill_inside(&context, first, width, own, largest, rgb);
     fill_pixel(&context, width - 1, width, first, own, largest, rgb);
 }
 
