@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <memory>
 
+#include "console/pair/calibration_at.h"
 #include "core/invariant.h"
 #include "daemon/base/process.h"
 #include "daemon/cli/options.h"
-#include "daemon/session/calibration_at.h"
 #include "library/internal.hpp"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/calibrate/calibrate_request.hpp"

@@ -7,18 +7,6 @@
 
 #include "core/utf8.h"
 
-/// Puts ? in place of control characters; bytes that are not UTF-8 stay.
-static void mask_controls(char *text) {
-    while (*text != '\0') {
-        uint32_t character = 0;
-        const size_t bytes = utf8_character(text, &character);
-        if (bytes != 0 && utf8_is_control(character)) {
-            memset(text, '?', bytes);
-        }
-        text += bytes != 0 ? bytes : 1;
-    }
-}
-
 int message_set(struct message *message, int code, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
@@ -27,7 +15,7 @@ int message_set(struct message *message, int code, const char *format, ...) {
     if (length < 0) {
         message->text[0] = '\0';
     }
-    mask_controls(message->text);
+    utf8_mask_controls(message->text);
     return code;
 }
 

@@ -10,15 +10,11 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "core/message.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-enum { MESSAGE_BYTES = 1024 };
-
-struct message {
-    char text[MESSAGE_BYTES];  // zero-terminated, without a line feed; truncated when too long
-};
 
 /// Formats the text as printf does and returns `code`, so that a function can end with `return
 /// message_set(message, ERROR_SYNTAX, ...)`. Control characters (a file name may contain any)

@@ -9,6 +9,7 @@
 
 #include "command_modules.h"
 #include "console/command.h"
+#include "console/pair/zoom_query.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/server/daemon.h"
@@ -71,15 +72,10 @@ int commands_calibration_saved(const struct command_call *call,
                                const struct calibration_match_state *state,
                                struct calibration *calibration, struct message *message);
 
-/// Sets what a surface that was measured would gain by a pair at another zoom, or by a board in
-/// view: `other_mm` and `board_mm` of its event. Nothing without a `calibration` (NULL).
-struct measure;
-struct measure_event;
-struct zoom_calibration;
-void commands_zoom_expect(const struct command_call *call,
-                          const struct zoom_calibration *calibration, const struct measure *measure,
-                          struct measure_event *event);
+/// What the daemon does for commands that consist of others.
+extern const struct command_host commands_host;
 
+struct zoom_calibration;
 /// The line of sight of the request's pixel in the last view's picture, if it states one. Fails
 /// with a message if there is none, or if the cameras have moved since.
 struct measure_request;
@@ -111,9 +107,9 @@ void commands_calibration_adjusted(const struct command_call *call,
                                    const struct adjust_report *report);
 
 /// Describes the instrument that takes the pairs. The rig's thread only.
-struct session_instrument;
+struct pair_instrument;
 void commands_calibration_instrument(const struct command_call *call,
-                                     struct session_instrument *instrument);
+                                     struct pair_instrument *instrument);
 
 /// Gives a pair that was just taken its calibration: the saved one, or that of the pair's own axes
 /// if a zoom calibration is saved; none (`calibration_length` 0) if none is saved or the zoom

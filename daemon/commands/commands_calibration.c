@@ -12,7 +12,7 @@
 #include "core/crc.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/session/calibration_at.h"
+#include "daemon/session/calibration_read.h"
 #include "daemon/surface/length_check.h"
 #include "stereo/geometry/calibration.h"
 #include "stereo/zoom/adjust_pair.h"
@@ -131,7 +131,7 @@ static void read_job(void *cookie) {
 // ---- match with the instrument
 
 void commands_calibration_instrument(const struct command_call *call,
-                                     struct session_instrument *instrument) {
+                                     struct pair_instrument *instrument) {
     const struct rig_devices *devices = call->rig->ports.devices;
     *instrument = calibration_match_instrument(&call->rig->profile);
     for (int side = 0; side < RIG_SIDES; side++) {
@@ -149,8 +149,8 @@ static int use_saved(const struct command_call *call, const struct calibration_t
                      const struct calibration_match_state *state, const char *accept,
                      struct captured_pair *captured, struct message *message) {
     struct calibration calibration;
-    const int error = calibration_at_pair("the saved calibration", text->data, text->length, state,
-                                          &calibration, message);
+    const int error = calibration_read_for_pair("the saved calibration", text->data, text->length,
+                                                state, &calibration, message);
     if (error != ERROR_OK) {
         return error;
     }
@@ -225,24 +225,9 @@ int commands_calibration_of_pair(const struct command_call *call, struct capture
 
 void commands_calibration_now(const struct command_call *call,
                               struct calibration_match_state *state) {
-    const struct rig *rig = call->rig;
-    struct session_instrument instrument;
-    struct pair pair;
-    memset(&pair, 0, sizeof pair);
-    for (int side = 0; side < RIG_SIDES; side++) {
-        struct pair_frame *frame = &pair.frame[side];
-        frame->before.pan_q4 = rig->camera[side].pan_q4;
-        memcpy(frame->before.lens, rig->camera[side].lens.measured, sizeof frame->before.lens);
-        frame->after = frame->before;
-        frame->image.width_px = rig->format.width_px;
-        frame->image.height_px = rig->format.height_px;
-        if (rig->profile.bridge && rig->state == RIG_READY) {
-            const struct mt9t001_window *window = &rig->camera[side].sensor.window;
-            frame->window = (struct pair_window){window->column_px, window->row_px, window->skip};
-        }
-    }
+    struct pair_instrument instrument;
     commands_calibration_instrument(call, &instrument);
-    calibration_match_pair(rig->profile.name, &instrument, &pair, state);
+    calibration_match_now(call->rig, &instrument, state);
 }
 
 int commands_calibration_saved(const struct command_call *call,
@@ -256,8 +241,8 @@ int commands_calibration_saved(const struct command_call *call,
                                ? "no calibration is saved (\"calibration set FILE\")"
                                : error_text(error));
     }
-    error = calibration_at_pair("the saved calibration", text->data, text->length, state,
-                                calibration, message);
+    error = calibration_read_for_pair("the saved calibration", text->data, text->length, state,
+                                      calibration, message);
     error = error == ERROR_OK ? match_saved(call, text, calibration, state, NULL, message) : error;
     free(text);
     return error == ERROR_SIZE_MISMATCH ? ERROR_OK : error;
@@ -300,7 +285,7 @@ static int read_rig(const struct calibration_text *text, struct calibration *of_
         of_rig->origin = state.origin;
         return error;
     }
-    const int error = calibration_at_read_zoom(name, text->data, text->length, &zoom, message);
+    const int error = calibration_read_zoom(name, text->data, text->length, &zoom, message);
     if (error == ERROR_OK) {
         take_rig(zoom, of_rig);
         free(zoom);
@@ -355,7 +340,7 @@ int commands_calibration_zoom(const struct command_call *call, struct zoom_calib
                             "set instrument.zoom\" first)");
     }
     error =
-        calibration_at_read_zoom("the saved calibration", text->data, text->length, zoom, &message);
+        calibration_read_zoom("the saved calibration", text->data, text->length, zoom, &message);
     free(text);
     if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
@@ -391,8 +376,8 @@ static void put_match(const struct command_call *call, const struct calibration_
     struct calibration calibration;
     struct message message;
     commands_calibration_now(call, &state);
-    int error = calibration_at_pair(STORE_CALIBRATION, text->data, text->length, &state,
-                                    &calibration, &message);
+    int error = calibration_read_for_pair(STORE_CALIBRATION, text->data, text->length, &state,
+                                          &calibration, &message);
     if (error == ERROR_OK) {
         error = calibration_match(&calibration, &state, CAPTURE_ACCEPT_WORD, &message);
     }
@@ -472,7 +457,7 @@ static int show_text(const struct command_call *call, const char *name,
     struct message message;
     int error;
     if (zoom_calibration_is_text(text->data, text->length)) {
-        error = calibration_at_read_zoom(name, text->data, text->length, &zoom, &message);
+        error = calibration_read_zoom(name, text->data, text->length, &zoom, &message);
         if (error == ERROR_OK) {
             calibration_reply_put_zoom(call, zoom);
             free(zoom);
@@ -581,7 +566,7 @@ static int check_zoom(const struct command_call *call, const char *name,
                       const struct calibration_text *text) {
     struct zoom_calibration *zoom;
     struct message message;
-    int error = calibration_at_read_zoom(name, text->data, text->length, &zoom, &message);
+    int error = calibration_read_zoom(name, text->data, text->length, &zoom, &message);
     if (error != ERROR_OK) {
         return command_fail(call, error, "%s", message.text);
     }

@@ -188,7 +188,7 @@ static void surface(struct measuring *self) {
     }
     disk_writer_run(&daemon_of(self->call)->disk_writer, report_surface, self);
     const struct reconstruct_context *context = &self->run->job.context;
-    commands_zoom_expect(self->call, self->zoom, &self->machine, &self->event);
+    zoom_query_expect(self->call, &commands_host, &self->machine, &self->event);
     snprintf(self->report.result, sizeof self->report.result, "%s", self->run->result);
     if (context->self_calibrated) {
         commands_calibration_adjusted(self->call, &context->self_calibration);

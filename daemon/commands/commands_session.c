@@ -6,12 +6,12 @@
 #include <string.h>
 #include <time.h>
 
+#include "console/pair/calibration_at.h"
 #include "console/pair/capture.h"
 #include "daemon/base/process.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/commands/space_check.h"
-#include "daemon/session/calibration_at.h"
 #include "daemon/session/session_write.h"
 #include "daemon/settings/saved_lens.h"
 #include "rig/pair.h"
@@ -50,9 +50,9 @@ struct beginning {
     const struct command_call *call;
     const struct command_value *name;
     const char *kind;
-    bool add;                              // append to the session if it exists
-    struct session_instrument instrument;  // instrument of a new session
-    struct captured_pair *captured;        // captured pair to be stored; NULL: none
+    bool add;                           // append to the session if it exists
+    struct pair_instrument instrument;  // instrument of a new session
+    struct captured_pair *captured;     // captured pair to be stored; NULL: none
     int error;
 };
 

@@ -5,7 +5,7 @@
 #define VERGENCE_DAEMON_MEASURE_MEASURE_RIG_H
 
 #include "console/command.h"
-#include "daemon/session/calibration_match.h"
+#include "console/pair/calibration_match.h"
 #include "measure/measure.h"
 #include "rig/pair_frame.h"
 #include "rig/rig.h"

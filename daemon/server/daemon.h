@@ -20,9 +20,9 @@
 
 #include "console/command.h"
 #include "console/line/reply.h"
+#include "console/pair/calibration_match.h"
 #include "daemon/server/log_ring.h"
 #include "daemon/server/output.h"
-#include "daemon/session/calibration_match.h"
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/last_pair.h"
 #include "daemon/session/record.h"

@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "console/pair/calibration_match.h"
 #include "core/invariant.h"
-#include "daemon/session/calibration_match.h"
 #include "device/lens_driver.h"
 
 static const double q3 = 8, q4 = 16, permille_a_percent = 10;

@@ -19,7 +19,7 @@ struct capture_info {
     const char *session;      ///< its name; NULL: the images are not from a session
     const struct pair *pair;  ///< its `number` is its position in the session, from 1
     /// What took it, for the angles of its servos; NULL: unknown, pulses are stated instead.
-    const struct session_instrument *instrument;
+    const struct pair_instrument *instrument;
 };
 
 /// Line `line` (0: the pair, 1: left camera, 2: right camera) for file comments and for people: a

@@ -24,7 +24,7 @@ struct captured_pair {
     bool in_session;                      ///< the session exists
     char profile[SESSION_NAME_MAX + 1];   ///< profile of the instrument
     bool has_instrument;
-    struct session_instrument instrument;
+    struct pair_instrument instrument;
     char calibration[CALIBRATION_TEXT_MAX_BYTES];  ///< calibration in force, in its canonical text
     size_t calibration_length;                     ///< 0: none
     bool calibration_own;  ///< made for this pair by a zoom calibration: its session gets it

@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "console/pair/pair_instrument.h"
 #include "rig/pair.h"
 
 #ifdef __cplusplus
@@ -40,22 +41,12 @@ enum session_event_kind {
     SESSION_EVENT_KINDS
 };
 
-/// The instrument that took the frames, so that sessions can be compared without a profile.
-struct session_instrument {
-    char camera[RIG_SIDES][SESSION_NAME_MAX + 1];  // serial number or port; "" if unknown
-    /// Pulse of the servo's middle in 1/16 us, and pulse per angle; 0 0: no servo.
-    uint16_t servo_centre_q4[RIG_SIDES];
-    uint32_t servo_q4_per_rad[RIG_SIDES];
-    // As in struct rig_profile.
-    uint32_t pan_repeatability_urad, lens_repeatability_counts, lens_zoom_ppm;
-};
-
 struct session_event {
     enum session_event_kind kind;
     uint8_t version;                                                  // BEGIN: 1..SESSION_VERSION
     char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];  // BEGIN
     char date[SESSION_NAME_MAX + 1];                                  // BEGIN, ISO 8601
-    struct session_instrument instrument;                             // INSTRUMENT
+    struct pair_instrument instrument;                                // INSTRUMENT
     uint32_t crc32;                                                   // *CALIBRATION: of its text
     char text[SESSION_TEXT_MAX + 1];                                  // COMMAND, SETTING
     char part[SESSION_NAME_MAX + 1];                                  // REGISTERS

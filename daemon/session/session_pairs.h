@@ -7,8 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "console/pair/calibration_match.h"
 #include "daemon/base/message.h"
-#include "daemon/session/calibration_match.h"
 #include "daemon/session/session.h"
 #include "daemon/session/session_read.h"
 
@@ -47,7 +47,7 @@ struct session_pairs {
     bool focused_on_board;    // see SESSION_FOCUSED_ON_BOARD
     struct session_corner_noise corner_noise;
     bool has_instrument;  // the session records the instrument
-    struct session_instrument instrument;
+    struct pair_instrument instrument;
 
     // Work space.
     struct session_event event;

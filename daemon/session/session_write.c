@@ -180,8 +180,7 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
     return appended;
 }
 
-int session_writer_instrument(struct session_writer *self,
-                              const struct session_instrument *instrument,
+int session_writer_instrument(struct session_writer *self, const struct pair_instrument *instrument,
                               struct message *message) {
     self->event.kind = SESSION_INSTRUMENT;
     self->event.instrument = *instrument;

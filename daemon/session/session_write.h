@@ -66,8 +66,8 @@ bool session_writer_exists(int parent, const char *path);
 int session_writer_check(int parent, const char *path, struct message *message);
 
 /// Records the instrument that takes the frames.
-int session_writer_instrument(struct session_writer *self,
-                              const struct session_instrument *instrument, struct message *message);
+int session_writer_instrument(struct session_writer *self, const struct pair_instrument *instrument,
+                              struct message *message);
 
 /// Records that from here on this calibration (canonical text, `length` bytes) is in force.
 int session_writer_calibration(struct session_writer *self, const char *text, size_t length,

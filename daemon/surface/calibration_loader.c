@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "daemon/files/input_file.h"
-#include "daemon/session/calibration_at.h"
+#include "daemon/session/calibration_read.h"
 #include "daemon/surface/length_check.h"
 
 static int check(const struct calibration_request *request, const struct calibration *parsed,
@@ -60,7 +60,7 @@ int calibration_loader_zoom(const char *path, struct zoom_calibration **zoom,
                     ? message_set(message, ERROR_MEMORY, "%s: out of memory", path)
                     : input_file_read(path, text, CALIBRATION_AT_TEXT_BYTES + 1, &length, message);
     if (error == ERROR_OK && zoom_calibration_is_text(text, length)) {
-        error = calibration_at_read_zoom(path, text, length, zoom, message);
+        error = calibration_read_zoom(path, text, length, zoom, message);
     }
     free(text);
     return error;

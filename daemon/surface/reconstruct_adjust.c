@@ -4,9 +4,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "console/pair/calibration_at.h"
 #include "core/error.h"
 #include "core/math.h"
-#include "daemon/session/calibration_at.h"
 #include "stereo/develop.h"
 
 enum { STRIP_ROWS = 64 };

@@ -5,8 +5,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "console/pair/calibration_match.h"
 #include "core/error.h"
-#include "daemon/session/calibration_match.h"
 
 /// Defaults if unknown; the assumed focal length is the width (53 degrees across), in narrow images
 /// a quarter of the height.

@@ -8,12 +8,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "console/pair/calibration_match.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/process.h"
 #include "daemon/base/workers.h"
-#include "daemon/session/calibration_match.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/surface/reconstruct_doubts.h"
 #include "daemon/surface/reconstruct_pictures.h"

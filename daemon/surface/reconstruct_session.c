@@ -8,7 +8,7 @@
 #include "console/pair/calibration_fit.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/session/calibration_at.h"
+#include "daemon/session/calibration_read.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/session/session_read.h"
 #include "daemon/surface/reconstruct_adjust.h"
@@ -29,8 +29,9 @@ static int read_text(struct reconstruct_session *self, struct calibration *calib
     struct calibration_match_state axes;
     axes_of_pair(self, &axes);
     if (self->own) {
-        return calibration_at_pair(self->calibration_name, self->pair.calibration,
-                                   self->pair.calibration_length, &axes, calibration, message);
+        return calibration_read_for_pair(self->calibration_name, self->pair.calibration,
+                                         self->pair.calibration_length, &axes, calibration,
+                                         message);
     }
     if (self->zoom != NULL) {
         return calibration_at_zoom(self->zoom, &axes, calibration, message);
@@ -194,8 +195,8 @@ static int find_zoom(struct reconstruct_session *self, const struct reconstruct_
         error = calibration_loader_zoom(name, &self->zoom, message);
     } else if (self->stored_text != NULL &&
                zoom_calibration_is_text(self->stored_text, self->stored_length)) {
-        error = calibration_at_read_zoom(name, self->stored_text, self->stored_length, &self->zoom,
-                                         message);
+        error = calibration_read_zoom(name, self->stored_text, self->stored_length, &self->zoom,
+                                      message);
     }
     if (self->zoom != NULL && !is_from(self, self->zoom)) {
         free(self->zoom);
@@ -388,8 +389,8 @@ static int load_zoom(struct reconstruct_session *self, const struct session_read
     const int length =
         session_reader_zoom_calibration(reader, crc32, text, CALIBRATION_AT_TEXT_BYTES, message);
     const int error = length < 0 ? length
-                                 : calibration_at_read_zoom(self->calibration_name, text,
-                                                            (size_t)length, &self->zoom, message);
+                                 : calibration_read_zoom(self->calibration_name, text,
+                                                         (size_t)length, &self->zoom, message);
     free(text);
     return error;
 }

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "memory/calibration.h"
 #include "memory/files.h"
+#include "memory/host.h"
 #include "memory/pair.h"
 #include "memory/surface.h"
 
@@ -40,7 +41,7 @@ static const struct command *board_table(size_t *count) {
 struct command_table bf537_commands(void) {
     static const struct command *(*const tables[])(size_t *) = {
         board_table,          memory_files_table, memory_pair_table, memory_calibration_table,
-        memory_surface_table, command_help_table, command_rig_table};
+        memory_surface_table, command_help_table, memory_rig_table};
     static struct command all[COMMANDS_MAX];
     return command_join(tables, sizeof tables / sizeof tables[0], all, COMMANDS_MAX);
 }

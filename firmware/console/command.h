@@ -226,6 +226,10 @@ void command_expected(const struct command_argument *argument, struct command_te
 /// rig and the rig is not RIG_READY. Every error comes with a message.
 int command_run(const struct command *command, const struct command_call *call);
 
+/// Sets the message of a call as command_text_message does. Returns `error`.
+__attribute__((format(printf, 3, 4))) int command_refuse(const struct command_call *call, int error,
+                                                         const char *format, ...);
+
 /// Writes the usage: the name and the arguments, optional ones in brackets, options as
 /// [name=VALUE]. Truncated if longer than `bytes` (> 0).
 void command_usage(const struct command *command, char *text, size_t bytes);

@@ -4,8 +4,11 @@
 #ifndef VERGENCE_CONSOLE_COMMAND_TEXT_H
 #define VERGENCE_CONSOLE_COMMAND_TEXT_H
 
+#include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#include "core/message.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -33,6 +36,15 @@ void command_text_add_number(struct command_text *text, double value, int decima
 void command_text_add_integer(struct command_text *text, int64_t value);
 /// Appends " UNIT" unless `unit` is NULL.
 void command_text_add_unit(struct command_text *text, const char *unit);
+/// Appends as printf does: %s, %d, %u, %x with leading zeros (%08x), %f with decimals (%.3f, %.*f),
+/// %%; nothing else.
+__attribute__((format(printf, 2, 3))) void command_text_print(struct command_text *text,
+                                                              const char *format, ...);
+/// The same with a list of arguments.
+void command_text_print_list(struct command_text *text, const char *format, va_list values);
+/// Sets a message so, with ? in place of control characters, and returns `code`.
+__attribute__((format(printf, 3, 4))) int command_text_message(struct message *message, int code,
+                                                               const char *format, ...);
 /// Appends 0x and `digits` (1 .. 8) hexadecimal digits.
 void command_text_add_hex(struct command_text *text, uint32_t value, int digits);
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/commands.h"
 
+#include <stdarg.h>
+
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/utf8.h"
 #include "rig/rig.h"
 
 unsigned commands_sides(const struct command_value *value) {
@@ -58,6 +61,16 @@ static void report_error(const struct command *command, const struct command_cal
         command_text_join(&sentence, command->name, ": ");
     }
     command_text_add(&sentence, error_text(error));
+}
+
+int command_refuse(const struct command_call *call, int error, const char *format, ...) {
+    struct command_text text = command_text_begin(call->message, call->message_bytes);
+    va_list values;
+    va_start(values, format);
+    command_text_print_list(&text, format, values);
+    va_end(values);
+    utf8_mask_controls(call->message);
+    return error;
 }
 
 int command_run(const struct command *command, const struct command_call *call) {

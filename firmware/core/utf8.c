@@ -78,3 +78,14 @@ void utf8_copy_printable(const char *text, char *to, size_t bytes) {
     }
     to[length] = '\0';
 }
+
+void utf8_mask_controls(char *text) {
+    while (*text != '\0') {
+        uint32_t character = 0;
+        const size_t bytes = utf8_character(text, &character);
+        if (bytes != 0 && utf8_is_control(character)) {
+            memset(text, '?', bytes);
+        }
+        text += bytes != 0 ? bytes : 1;
+    }
+}

@@ -23,6 +23,9 @@ bool utf8_is_control(uint32_t character);
 /// such a character and each that is not UTF-8.
 void utf8_copy_printable(const char *text, char *to, size_t bytes);
 
+/// Puts ? in place of each byte of a control character; bytes that are not UTF-8 stay.
+void utf8_mask_controls(char *text);
+
 /// Number of printable bytes at the start of a text, in whole characters.
 size_t utf8_count_printable(const char *text);
 

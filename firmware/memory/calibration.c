@@ -1,81 +1,116 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "memory/calibration.h"
 
-#include <stdbool.h>
-
+#include "console/command_text.h"
 #include "console/line/file_blocks.h"
+#include "console/pair/calibration_at.h"
 #include "console/pair/calibration_reply.h"
+#include "console/pair/capture.h"
 #include "core/error.h"
 #include "memory/files.h"
+#include "memory/pair.h"
 
 enum { SHOW, SET, FORGET };
 enum { WHAT, FILE_NAME, ARGUMENTS };
 
+enum kind { NONE, ONE_STATE, ALL_ZOOMS };
+
 static struct {
-    bool set;
-    struct calibration calibration;
+    enum kind kind;
+    struct calibration one;
+    struct zoom_calibration zoom;
 } kept;
 
-const struct calibration *memory_calibration(void) {
-    return kept.set ? &kept.calibration : NULL;
+const struct zoom_calibration *memory_calibration_zoom(void) {
+    return kept.kind == ALL_ZOOMS ? &kept.zoom : NULL;
 }
 
-/// "NAME:LINE: field: reason".
-static int refuse(const struct command_call *call, int error,
-                  const struct calibration_fault *fault) {
-    struct command_text sentence = command_text_begin(call->message, call->message_bytes);
-    command_text_add_typed(&sentence, call->values[FILE_NAME].text);
-    if (fault->line > 0) {
-        command_text_add(&sentence, ":");
-        command_text_add_integer(&sentence, fault->line);
+int memory_calibration_for(const struct calibration_match_state *state,
+                           struct calibration *calibration, struct message *message) {
+    if (kept.kind == NONE) {
+        return command_text_message(message, ERROR_MISSING,
+                                    "no calibration is set (\"calibration set FILE\" first)");
     }
-    if (fault->field[0] != '\0') {
-        command_text_join(&sentence, ": ", fault->field);
+    if (kept.kind == ALL_ZOOMS) {
+        const int error = calibration_at_zoom(&kept.zoom, state, calibration, message);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    } else {
+        *calibration = kept.one;
     }
-    command_text_join(&sentence, ": ",
-                      fault->reason[0] != '\0' ? fault->reason : error_text(error));
+    return calibration_match(calibration, state, CAPTURE_ACCEPT_WORD, message);
+}
+
+static void show(const struct command_call *call) {
+    if (kept.kind == ALL_ZOOMS) {
+        calibration_reply_put_zoom(call, &kept.zoom);
+    } else {
+        calibration_reply_put(call, &kept.one);
+    }
+}
+
+static int set_one(const char *name, const char *text, size_t bytes, struct message *message) {
+    struct calibration calibration;
+    const int error = calibration_at(name, text, bytes, &calibration, message);
+    if (error == ERROR_OK) {
+        kept.one = calibration;
+        kept.kind = ONE_STATE;
+    }
+    return error;
+}
+
+static int set_zoom(const char *name, const char *text, size_t bytes, struct message *message) {
+    struct arena *arena = memory_pair_arena();
+    struct zoom_calibration *zoom = arena_take(arena, 1, sizeof *zoom);
+    double *matrix = arena_take(arena, 1, CALIBRATION_AT_MATRIX_BYTES);
+    if (zoom == NULL || matrix == NULL) {
+        return command_text_message(message, ERROR_MEMORY,
+                                    "no memory to check it (take a smaller pair first)");
+    }
+    const int error = calibration_at_parse_zoom(name, text, bytes, matrix, zoom, message);
+    if (error == ERROR_OK) {
+        kept.zoom = *zoom;
+        kept.kind = ALL_ZOOMS;
+    }
     return error;
 }
 
 static int set(const struct command_call *call) {
-    struct calibration_fault fault = {.field = "", .reason = ""};
+    struct message message;
     size_t bytes = 0;
-    const char *text = memory_files_sent(call->values[FILE_NAME].text, &bytes);
-    if (text == NULL) {
-        fault.reason = "not here (\"send\" it first)";
-        return refuse(call, ERROR_MISSING, &fault);
-    }
-    if (zoom_calibration_is_text(text, bytes)) {
-        fault.reason = "this instrument takes no calibration of all zooms (send that of one state)";
-        return refuse(call, ERROR_UNSUPPORTED, &fault);
-    }
-    const int error = calibration_parse(text, bytes, &kept.calibration, &fault);
+    const char *name = call->values[FILE_NAME].text;
+    const char *text = memory_files_sent(name, &bytes);
+    const int error = text == NULL ? command_text_message(&message, ERROR_MISSING,
+                                                          "%s: not here (\"send\" it first)", name)
+                      : zoom_calibration_is_text(text, bytes)
+                          ? set_zoom(name, text, bytes, &message)
+                          : set_one(name, text, bytes, &message);
     if (error != ERROR_OK) {
-        return refuse(call, error, &fault);
+        return command_refuse(call, error, "%s", message.text);
     }
-    kept.set = true;
-    calibration_reply_put(call, &kept.calibration);
+    show(call);
     return ERROR_OK;
 }
 
 static int run_calibration(const struct command_call *call) {
     const int what = call->values[WHAT].given ? call->values[WHAT].choice : SHOW;
-    struct command_text sentence = command_text_begin(call->message, call->message_bytes);
     if ((what == SET) != call->values[FILE_NAME].given) {
-        command_text_add(&sentence, "calibration: \"set\" requires FILE, the others take none");
-        return what == SET ? ERROR_MISSING : ERROR_ARGUMENT;
+        return command_refuse(call, what == SET ? ERROR_MISSING : ERROR_ARGUMENT,
+                              "calibration: \"set\" requires FILE, the others take none");
     }
     if (what == SET) {
         return set(call);
     }
-    if (!kept.set) {
-        command_text_add(&sentence, "calibration: none is set (\"calibration set FILE\")");
-        return ERROR_MISSING;
+    if (kept.kind == NONE) {
+        return command_refuse(call, ERROR_MISSING,
+                              "calibration: none is set (\"calibration set FILE\")");
     }
     if (what == SHOW) {
-        calibration_reply_put(call, &kept.calibration);
+        show(call);
+    } else {
+        kept.kind = NONE;
     }
-    kept.set = what == SHOW;
     return ERROR_OK;
 }
 
@@ -96,8 +131,8 @@ const struct command *memory_calibration_table(size_t *count) {
     static const struct command commands[] = {
         {.name = "calibration",
          .summary = "show, set or forget the calibration in force",
-         .help = "It is that of one state of the axes, of the whole sensor or of the window, and "
-                 "is lost when the board restarts.",
+         .help = "It is that of all zooms, or of one state of the axes, of the whole sensor or of "
+                 "the window. It is lost when the board restarts.",
          .arguments = arguments,
          .argument_count = ARGUMENTS,
          .flags = COMMAND_NO_RIG | COMMAND_GROUP_MEASURE,

@@ -6,10 +6,17 @@
 #include <stddef.h>
 
 #include "console/command.h"
-#include "stereo/geometry/calibration.h"
+#include "console/pair/calibration_match.h"
+#include "stereo/zoom/zoom_calibration.h"
 
-/// The calibration in force; NULL: none.
-const struct calibration *memory_calibration(void);
+/// The calibration of all zooms in force; NULL: there is none.
+const struct zoom_calibration *memory_calibration_zoom(void);
+
+/// The calibration in force for a pair of this state. ERROR_MISSING: there is none; errors of
+/// calibration_at_zoom and calibration_match. After ERROR_MISMATCH of the latter `calibration` is
+/// set: it can be used if the user accepts that.
+int memory_calibration_for(const struct calibration_match_state *state,
+                           struct calibration *calibration, struct message *message);
 
 const struct command *memory_calibration_table(size_t *count);
 

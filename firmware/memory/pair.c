@@ -37,12 +37,6 @@ struct arena *memory_pair_arena(void) {
     return &arena;
 }
 
-static int refuse(const struct command_call *call, int error, const char *why) {
-    struct command_text sentence = command_text_begin(call->message, call->message_bytes);
-    command_text_add(&sentence, why);
-    return error;
-}
-
 // ---- files of the pair
 
 /// A PGM file: the head, then values of two bytes, the higher one first.
@@ -117,13 +111,14 @@ static int run_capture(const struct command_call *call) {
     const struct command_value *values = call->values;
     const struct pair_options options = capture_options(values, &memory);
     if (values[CAPTURE_NAME].given || command_is_set(&values[CAPTURE_ADD])) {
-        return refuse(call, ERROR_UNSUPPORTED,
-                      "capture: there is no disk for sessions (omit NAME and add; \"fetch\" copies "
-                      "the pair)");
+        return command_refuse(
+            call, ERROR_UNSUPPORTED,
+            "capture: there is no disk for sessions (omit NAME and add; \"fetch\" copies "
+            "the pair)");
     }
     if (values[CAPTURE_AVERAGE].given && values[CAPTURE_BRACKET].given) {
-        return refuse(call, ERROR_ARGUMENT,
-                      "capture: average and bracket exclude each other (omit one)");
+        return command_refuse(call, ERROR_ARGUMENT,
+                              "capture: average and bracket exclude each other (omit one)");
     }
     forget();
     const int error = capture_take(call->rig, &options, &last.pair, &registers);

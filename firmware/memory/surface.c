@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "console/pair/calibration_fit.h"
+#include "console/pair/capture.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "memory/calibration.h"
@@ -14,7 +15,7 @@
 #include "stereo/reconstruct.h"
 #include "surface/compact_writer.h"
 
-enum { NEAR, FAR, DISPARITY, SCALE, PRESET, ARGUMENTS };
+enum { NEAR, FAR, DISPARITY, SCALE, PRESET, ACCEPT, ARGUMENTS };
 enum { NAME_BYTES = 32, SCALE_STEPS = 20 };
 
 static const double us_per_s = 1e6, bytes_per_mb = 1e6, percent = 100;
@@ -28,7 +29,7 @@ struct record {
         struct picture_stats picture[2];
         const char *calibration_path, *calibration_format;
         bool metric, axes_compared, self_calibrated, with_pair_used;
-        char mismatch[1];
+        struct message mismatch;
         struct adjust_report self_calibration, without_target;
         uint32_t with_pair;
         struct wide_pair_report wide_pair;
@@ -73,12 +74,25 @@ static bool should_stop(void) {
 
 // ---- before the work
 
-static int fit_calibration(const struct pair *pair) {
-    const struct calibration *kept = memory_calibration();
-    if (kept == NULL) {
-        return refuse(ERROR_MISSING, "no calibration is set (\"calibration set FILE\" first)");
+/// The calibration of the pair's state, unless the pair was taken with another one.
+static int choose_calibration(const struct pair *pair) {
+    const struct rig_profile *profile = &self.call->rig->profile;
+    const struct pair_instrument instrument = calibration_match_instrument(profile);
+    struct message *message = &self.record.context.mismatch;
+    struct calibration_match_state state;
+    calibration_match_pair(profile->name, &instrument, pair, &state);
+    const int error = memory_calibration_for(&state, &self.calibration, message);
+    const struct calibration_origin *origin = &state.origin;
+    if (error == ERROR_OK) {
+        self.record.context.axes_compared =
+            !calibration_match_is_partial(&self.calibration, origin);
+        message->text[0] = '\0';
     }
-    self.calibration = *kept;
+    const bool accepted = error == ERROR_MISMATCH && command_is_set(&self.call->values[ACCEPT]);
+    return error == ERROR_OK || accepted ? ERROR_OK : refuse(error, message->text);
+}
+
+static int fit_calibration(const struct pair *pair) {
     bool cut = false;
     for (int side = 0; side < RIG_SIDES; side++) {
         const enum calibration_fit fit =
@@ -292,7 +306,8 @@ static int run_reconstruct(const struct command_call *call) {
     self.arena = memory_pair_arena();
     struct command_text name = command_text_begin(self.name, sizeof self.name);
     command_text_join(&name, "surface-", pair_name);
-    int error = fit_calibration(pair);
+    int error = choose_calibration(pair);
+    error = error == ERROR_OK ? fit_calibration(pair) : error;
     error = error == ERROR_OK ? choose_options() : error;
     error = error == ERROR_OK ? make_plan(pair, &plan) : error;
     error = error == ERROR_OK ? compute(pair, &plan) : error;
@@ -338,6 +353,9 @@ const struct command *memory_surface_table(size_t *count) {
                     .kind = COMMAND_CHOICE,
                     .choices = "fast standard best board paper",
                     .help = "matcher; default: board"},
+        [ACCEPT] = {.name = CAPTURE_ACCEPT_NAME,
+                    .kind = COMMAND_FLAG,
+                    .help = "accept a calibration made with other axes, cameras or windows"},
     };
     static const struct command commands[] = {
         {.name = "reconstruct",

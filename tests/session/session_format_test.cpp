@@ -53,7 +53,7 @@ TEST_CASE("all kinds of events are read back as written") {
     const std::string calibration = "vergence-calibration 1\nnothing more is looked at here\n";
     const std::string command = "pan 2.5 side=left % \"two  words\" \x01\xff=";
     const std::uint16_t values[] = {0x5b1d, 0, 0xffff};
-    const session_instrument instrument = {
+    const pair_instrument instrument = {
         {"Webcam C at usb-0000:00:14.0-1", ""}, {24000, 0}, {9442, 0}, 5236, 4, 4187};
     CHECK(session_writer_instrument(writer.get(), &instrument, &last_error) == 0);
     CHECK(session_writer_calibration(writer.get(), calibration.data(), calibration.size(),

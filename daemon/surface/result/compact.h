@@ -29,7 +29,7 @@ struct compact {
     struct reconstruct_result result;
     struct calibration calibration;
     struct pair pair;
-    struct session_instrument instrument;
+    struct pair_instrument instrument;
     char *head;    // the texts of `context`
     void *memory;  // of `result`
 };

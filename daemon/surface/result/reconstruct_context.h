@@ -78,7 +78,7 @@ struct reconstruct_context {
     /// Of the instrument that took the pair, and where its axes were; `has_instrument` false:
     /// unknown.
     bool has_instrument;
-    struct session_instrument instrument;
+    struct pair_instrument instrument;
     struct calibration_origin axes;
 
     /// The calibration was corrected by what the pair shows; `self_calibration` describes how far.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether a calibration belongs to a pair: each kind of mismatch is rejected by name; and the
 // effect of the axes' repeatability on the depth.
-#include "daemon/session/calibration_match.h"
+#include "console/pair/calibration_match.h"
 
 #include <doctest/doctest.h>
 
@@ -40,7 +40,7 @@ struct pair captured() {
 calibration_match_state state_of(const struct pair &pair, const char *profile = "rig") {
     rig_profile rig = {};
     REQUIRE(rig_profile_named("rig", &rig) == ERROR_OK);
-    session_instrument instrument = calibration_match_instrument(&rig);
+    pair_instrument instrument = calibration_match_instrument(&rig);
     std::strcpy(instrument.camera[RIG_LEFT], "Cam at usb-1");
     std::strcpy(instrument.camera[RIG_RIGHT], "Cam at usb-2");
     calibration_match_state state = {};
@@ -202,7 +202,7 @@ TEST_CASE("the common deviation includes pan, zoom and the calibration's own") {
     value.yaw_sigma_rad = value.scale_sigma = 0;
     value.translation_right_left_mm[0] = -250;
     value.translation_right_left_mm[1] = value.translation_right_left_mm[2] = 0;
-    const session_instrument instrument = state_of(captured()).instrument;
+    const pair_instrument instrument = state_of(captured()).instrument;
     const double pan_mm = 1800.0 * 1800 / 250 * 5236e-6 * std::sqrt(2.0);
     const double zoom_mm = 1800 * 4 * 4187e-6 / std::sqrt(2.0);
     const double both_mm = std::hypot(pan_mm, zoom_mm);

@@ -34,7 +34,7 @@ void make_incoming(const std::string &path, const char *camera, uint16_t value, 
     const auto writer = std::make_unique<session_writer>();
     REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig",
                                  "2026-11-22T03:00:00Z", &last_error) == 0);
-    session_instrument instrument{};
+    pair_instrument instrument{};
     std::snprintf(instrument.camera[0], sizeof instrument.camera[0], "%s", camera);
     REQUIRE(session_writer_instrument(writer.get(), &instrument, &last_error) == 0);
     REQUIRE(session_writer_command(writer.get(), "capture readings=16", &last_error) == 0);

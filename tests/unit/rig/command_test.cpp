@@ -368,6 +368,22 @@ TEST_CASE("a message is one line and fits, whatever was typed") {
     CHECK(std::strlen(message) == sizeof message - 1);
 }
 
+TEST_CASE("a text is printed as printf does") {
+    char data[200], expected[200];
+    const auto both = [&](auto... values) {
+        command_text text = command_text_begin(data, sizeof data);
+        command_text_print(&text, values...);
+        std::snprintf(expected, sizeof expected, values...);
+        CHECK(std::string(data) == expected);
+    };
+    both("%s is at %.*f %s, %.3f%% of %d, %u and %08x", "left pan", 3, -1.0625, "deg", 0.0625, -7,
+         7U, 0xBEEFU);
+    both("%.0f to %.1f", 2.5, 99.95);
+    message message;
+    CHECK(command_text_message(&message, ERROR_RANGE, "%s", "a\nb") == ERROR_RANGE);
+    CHECK(std::string(message.text) == "a?b");
+}
+
 TEST_CASE("numbers are those that were typed") {
     std::mt19937 random(synthetic::test_seed());
     for (int i = 0; i < 20000; i++) {

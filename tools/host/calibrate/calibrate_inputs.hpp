@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/session/calibration_match.h"
+#include "console/pair/calibration_match.h"
 #include "daemon/session/session_pairs.h"
 
 /// One moment: the pictures of the left (0) and of the right camera (1), "" if missing.

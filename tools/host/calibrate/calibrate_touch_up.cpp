@@ -8,8 +8,8 @@
 #include <memory>
 #include <numeric>
 
+#include "console/pair/calibration_at.h"
 #include "core/error.h"
-#include "daemon/session/calibration_at.h"
 #include "daemon/surface/calibration_loader.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/zoom/adjust_pair.h"

@@ -82,7 +82,7 @@ void add_shot(void *found, const session_pair_files *files) {
     static_cast<found_pairs *>(found)->noise = files->corner_noise;
 }
 
-bool is_same_instrument(const session_instrument &one, const session_instrument &other) {
+bool is_same_instrument(const pair_instrument &one, const pair_instrument &other) {
     return std::strcmp(one.camera[0], other.camera[0]) == 0 &&
            std::strcmp(one.camera[1], other.camera[1]) == 0 &&
            std::memcmp(one.servo_centre_q4, other.servo_centre_q4, sizeof one.servo_centre_q4) == 0;

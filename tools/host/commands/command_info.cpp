@@ -9,11 +9,11 @@
 #include <iostream>
 #include <sstream>
 
+#include "console/pair/calibration_at.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/cli/options.h"
 #include "daemon/files/input_file.h"
-#include "daemon/session/calibration_at.h"
 #include "daemon/session/session_pairs.h"
 #include "stereo/geometry/calibration_grammar.h"
 #include "stereo/zoom/zoom_grammar.h"

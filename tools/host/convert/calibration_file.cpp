@@ -9,11 +9,11 @@
 #include <cstdio>
 #include <cstring>
 
+#include "console/pair/calibration_at.h"
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/files/input_file.h"
-#include "daemon/session/calibration_at.h"
 #include "daemon/surface/length_check.h"
 #include "stereo/geometry/calibration_grammar.h"
 #include "tools/host/formats/numpy_archive.hpp"

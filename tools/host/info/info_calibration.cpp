@@ -2,9 +2,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "console/pair/calibration_match.h"
 #include "core/error.h"
 #include "core/math.h"
-#include "daemon/session/calibration_match.h"
 #include "daemon/surface/length_check.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/rectify.h"

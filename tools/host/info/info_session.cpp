@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "console/pair/calibration_match.h"
 #include "core/error.h"
-#include "daemon/session/calibration_match.h"
 #include "daemon/session/capture_info.h"
 #include "daemon/session/session_notes.h"
 #include "daemon/session/session_pairs.h"

@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "core/math.h"
 #include "daemon/files/input_file.h"
-#include "daemon/session/calibration_at.h"
+#include "daemon/session/calibration_read.h"
 #include "daemon/session/session_pairs.h"
 #include "stereo/zoom/zoom_aim.h"
 #include "stereo/zoom/zoom_sigma.h"
@@ -303,7 +303,7 @@ std::unique_ptr<zoom_calibration> info_zoom_read(const std::string &path, std::s
                            std::istreambuf_iterator<char>());
     zoom_calibration *read = nullptr;
     struct message why {};
-    if (calibration_at_read_zoom(path.c_str(), text.data(), text.size(), &read, &why) != ERROR_OK) {
+    if (calibration_read_zoom(path.c_str(), text.data(), text.size(), &read, &why) != ERROR_OK) {
         *message = why.text;
         return nullptr;
     }

@@ -5,7 +5,7 @@
 
 #include "console/pair/calibration_fit.h"
 #include "core/error.h"
-#include "daemon/session/calibration_at.h"
+#include "daemon/session/calibration_read.h"
 #include "daemon/surface/reconstruct_session.h"
 #include "device/mt9t001.h"
 #include "tools/host/convert/calibration_file.hpp"
@@ -35,8 +35,8 @@ int read_calibration(const session_reader &reader, const session_pairs &pairs,
         calibration_match_pair(pairs.pair.profile,
                                pairs.has_instrument ? &pairs.instrument : nullptr, &pairs.pair.pair,
                                &state);
-        return calibration_at_pair(path.c_str(), text.data(), text.size(), &state, value,
-                                   last_error);
+        return calibration_read_for_pair(path.c_str(), text.data(), text.size(), &state, value,
+                                         last_error);
     }
     const raw_image &left = pairs.pair.pair.frame[0].image;
     char format[CALIBRATION_LOADER_FORMAT_BYTES];

@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "console/pair/calibration_match.h"
 #include "core/error.h"
 #include "daemon/base/workers.h"
-#include "daemon/session/calibration_match.h"
 #include "stereo/reconstruct.h"
 #include "tools/host/view/view_source.hpp"
 

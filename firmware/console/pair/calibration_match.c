@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/session/calibration_match.h"
+#include "console/pair/calibration_match.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
+#include "console/command_text.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/math.h"
@@ -15,21 +15,21 @@ static const double share_per_ppm = 1e-6;
 /// Tolerance for the decimals of the text: a value exactly at the limit passes.
 static const double rounding = 2e-3;
 
-static double limit_of(const struct session_instrument *instrument, int axis) {
+static double limit_of(const struct pair_instrument *instrument, int axis) {
     return axis == CALIBRATION_PAN
                ? instrument->pan_repeatability_urad / urad_per_rad * MATH_DEGREE_PER_RAD
                : instrument->lens_repeatability_counts;
 }
 
-bool calibration_match_is_apart(const struct session_instrument *instrument, int axis, double one,
+bool calibration_match_is_apart(const struct pair_instrument *instrument, int axis, double one,
                                 double other) {
     return fabs(one - other) > limit_of(instrument, axis) + rounding;
 }
 
 // ---- what a pair was taken with
 
-struct session_instrument calibration_match_instrument(const struct rig_profile *profile) {
-    struct session_instrument instrument = {
+struct pair_instrument calibration_match_instrument(const struct rig_profile *profile) {
+    struct pair_instrument instrument = {
         .pan_repeatability_urad = profile->pan_repeatability_urad,
         .lens_repeatability_counts = (uint32_t)profile->lens.repeatability_counts,
         .lens_zoom_ppm = (uint32_t)profile->lens.zoom_ppm,
@@ -43,7 +43,8 @@ struct session_instrument calibration_match_instrument(const struct rig_profile 
 
 /// Copies a name as one line of printable ASCII, as the calibration's text requires.
 static void copy_name(char target[CALIBRATION_NAME_BYTES], const char *name) {
-    snprintf(target, CALIBRATION_NAME_BYTES, "%s", name + strspn(name, " "));
+    struct command_text text = command_text_begin(target, CALIBRATION_NAME_BYTES);
+    command_text_add(&text, name + strspn(name, " "));
     for (char *at = target; *at != '\0'; at++) {
         *at = *at < ' ' || *at > '~' ? '?' : *at;
     }
@@ -57,8 +58,8 @@ static struct calibration_axis between(double before, double after) {
                                      fabs(after - before) / 2};
 }
 
-bool calibration_match_pan_deg(const struct session_instrument *instrument, int side,
-                               double pulse_q4, double *deg) {
+bool calibration_match_pan_deg(const struct pair_instrument *instrument, int side, double pulse_q4,
+                               double *deg) {
     const double q4_per_degree = instrument->servo_q4_per_rad[side] / MATH_DEGREE_PER_RAD;
     if (!(q4_per_degree > 0)) {
         return false;
@@ -67,7 +68,7 @@ bool calibration_match_pan_deg(const struct session_instrument *instrument, int 
     return true;
 }
 
-static struct calibration_axis pan_of(const struct session_instrument *instrument, int side,
+static struct calibration_axis pan_of(const struct pair_instrument *instrument, int side,
                                       const struct pair_frame *frame) {
     double before_deg, after_deg;
     if (!calibration_match_pan_deg(instrument, side, frame->before.pan_q4, &before_deg) ||
@@ -81,7 +82,7 @@ static struct calibration_axis pan_of(const struct session_instrument *instrumen
     return between(before_deg, after_deg);
 }
 
-void calibration_match_pair(const char *profile, const struct session_instrument *instrument,
+void calibration_match_pair(const char *profile, const struct pair_instrument *instrument,
                             const struct pair *pair, struct calibration_match_state *state) {
     struct rig_profile built_in;
     memset(state, 0, sizeof *state);
@@ -111,14 +112,34 @@ void calibration_match_pair(const char *profile, const struct session_instrument
     }
 }
 
+void calibration_match_now(const struct rig *rig, const struct pair_instrument *instrument,
+                           struct calibration_match_state *state) {
+    struct pair pair;
+    memset(&pair, 0, sizeof pair);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        struct pair_frame *frame = &pair.frame[side];
+        frame->before.pan_q4 = rig->camera[side].pan_q4;
+        memcpy(frame->before.lens, rig->camera[side].lens.measured, sizeof frame->before.lens);
+        frame->after = frame->before;
+        frame->image.width_px = rig->format.width_px;
+        frame->image.height_px = rig->format.height_px;
+        if (rig->profile.bridge && rig->state == RIG_READY) {
+            const struct mt9t001_window *window = &rig->camera[side].sensor.window;
+            frame->window = (struct pair_window){window->column_px, window->row_px, window->skip};
+        }
+    }
+    calibration_match_pair(rig->profile.name, instrument, &pair, state);
+}
+
 // ---- comparing
 
 /// Appends the advice to `message`, unless the mismatch was accepted. Returns ERROR_MISMATCH.
 static int advise(struct message *message, const char *advice, const char *accept) {
     const size_t used = strlen(message->text);
     if (accept != NULL) {
-        snprintf(message->text + used, sizeof message->text - used, ": %s, or accept it with %s",
-                 advice, accept);
+        struct command_text text =
+            command_text_begin(message->text + used, sizeof message->text - used);
+        command_text_join(&text, ": ", advice, ", or accept it with ", accept);
     }
     return ERROR_MISMATCH;
 }
@@ -131,9 +152,9 @@ static int match_cameras(const struct calibration_origin *made,
                          const struct calibration_origin *now, const char *accept,
                          struct message *message) {
     if (differ(made->instrument, now->instrument)) {
-        message_set(message, ERROR_MISMATCH,
-                    "this instrument is \"%s\", the calibration was made with \"%s\"",
-                    now->instrument, made->instrument);
+        command_text_message(message, ERROR_MISMATCH,
+                             "this instrument is \"%s\", the calibration was made with \"%s\"",
+                             now->instrument, made->instrument);
         return advise(message, "calibrate this instrument", accept);
     }
     for (int side = 0; side < RIG_SIDES; side++) {
@@ -142,10 +163,10 @@ static int match_cameras(const struct calibration_origin *made,
             continue;
         }
         const bool swapped = strcmp(camera, made->side[1 - side].camera) == 0;
-        message_set(message, ERROR_MISMATCH,
-                    "%sthe %s camera is \"%s\", the calibration was made with \"%s\"",
-                    swapped ? "the cameras are swapped: " : "", rig_side_names[side], camera,
-                    made->side[side].camera);
+        command_text_message(message, ERROR_MISMATCH,
+                             "%sthe %s camera is \"%s\", the calibration was made with \"%s\"",
+                             swapped ? "the cameras are swapped: " : "", rig_side_names[side],
+                             camera, made->side[side].camera);
         return advise(message, swapped ? "swap left_camera and right_camera" : "calibrate again",
                       accept);
     }
@@ -168,10 +189,11 @@ static int match_size(const struct calibration *calibration, int side,
         (whole_sensor && state->origin.side[side].window.skip != 0)) {
         return ERROR_OK;
     }
-    return message_set(message, ERROR_SIZE_MISMATCH,
-                       "the %s images have %dx%d px, the calibration is for %dx%d px: set "
-                       "\"window\" to that size, or calibrate again",
-                       rig_side_names[side], width_px, height_px, lens->width_px, lens->height_px);
+    return command_text_message(message, ERROR_SIZE_MISMATCH,
+                                "the %s images have %dx%d px, the calibration is for %dx%d px: set "
+                                "\"window\" to that size, or calibrate again",
+                                rig_side_names[side], width_px, height_px, lens->width_px,
+                                lens->height_px);
 }
 
 static int match_window(const struct calibration *calibration, int side,
@@ -187,23 +209,24 @@ static int match_window(const struct calibration *calibration, int side,
          made->skip == now->skip)) {
         return ERROR_OK;
     }
-    message_set(message, ERROR_MISMATCH,
-                "the %s window is %d x %d px at %d,%d with skip %d, the calibration was made for "
-                "%d x %d px at %d,%d with skip %d",
-                rig_side_names[side], width_px, height_px, now->column_px, now->row_px, now->skip,
-                lens->width_px, lens->height_px, made->column_px, made->row_px, made->skip);
+    command_text_message(
+        message, ERROR_MISMATCH,
+        "the %s window is %d x %d px at %d,%d with skip %d, the calibration was made for "
+        "%d x %d px at %d,%d with skip %d",
+        rig_side_names[side], width_px, height_px, now->column_px, now->row_px, now->skip,
+        lens->width_px, lens->height_px, made->column_px, made->row_px, made->skip);
     return advise(message, "set \"window\", calibrate again", accept);
 }
 
 /// Whether a servo was not set since bring-up, so that its position is unknown.
 static bool is_unset(const struct calibration_axis *here, int side, int axis,
-                     const struct session_instrument *instrument) {
+                     const struct pair_instrument *instrument) {
     return axis == CALIBRATION_PAN && here->kind == CALIBRATION_AXIS_UNKNOWN &&
            instrument->servo_q4_per_rad[side] > 0;
 }
 
 static int match_axis(const struct calibration_axis *then, const struct calibration_axis *here,
-                      int side, int axis, const struct session_instrument *instrument,
+                      int side, int axis, const struct pair_instrument *instrument,
                       const char *accept, struct message *message) {
     const double limit = limit_of(instrument, axis);
     const bool apart = calibration_match_is_apart(instrument, axis, then->mean, here->mean);
@@ -218,26 +241,28 @@ static int match_axis(const struct calibration_axis *then, const struct calibrat
         return ERROR_OK;
     }
     if (unset) {
-        message_set(
+        command_text_message(
             message, ERROR_MISMATCH,
             "%s %s is unknown (not set since bring-up), the calibration was made at %.*f %s",
             side_name, name, decimals, then->mean, unit);
     } else {
-        message_set(message, ERROR_MISMATCH,
-                    "%s %s is at %.*f %s, the calibration was made at %.*f %s (%.*f %s apart, at "
-                    "most %.*f)",
-                    side_name, name, decimals, here->mean, unit, decimals, then->mean, unit,
-                    decimals, fabs(then->mean - here->mean), unit, decimals, limit);
+        command_text_message(
+            message, ERROR_MISMATCH,
+            "%s %s is at %.*f %s, the calibration was made at %.*f %s (%.*f %s apart, at "
+            "most %.*f)",
+            side_name, name, decimals, here->mean, unit, decimals, then->mean, unit, decimals,
+            fabs(then->mean - here->mean), unit, decimals, limit);
     }
-    snprintf(advice, sizeof advice, "move it%s (\"%s %.*f side=%s\"), calibrate again",
-             unset ? "" : " back", name, axis == CALIBRATION_PAN ? decimals : 0, then->mean,
-             side_name);
+    struct command_text text = command_text_begin(advice, sizeof advice);
+    command_text_print(&text, "move it%s (\"%s %.*f side=%s\"), calibrate again",
+                       unset ? "" : " back", name, axis == CALIBRATION_PAN ? decimals : 0,
+                       then->mean, side_name);
     return advise(message, advice, accept);
 }
 
 static int match_axes(const struct calibration_side_origin *made,
                       const struct calibration_side_origin *now, int side,
-                      const struct session_instrument *instrument, const char *accept,
+                      const struct pair_instrument *instrument, const char *accept,
                       struct message *message) {
     int error = ERROR_OK;
     for (int axis = 0; error == ERROR_OK && axis < CALIBRATION_AXES; axis++) {
@@ -300,14 +325,14 @@ static bool is_known(const struct calibration *calibration, int side, int axis) 
 
 /// The share of the depth that a count of one camera's zoom changes: depth scales with the mean of
 /// both focal lengths.
-static double zoom_share_of(const struct session_instrument *instrument) {
+static double zoom_share_of(const struct pair_instrument *instrument) {
     return instrument->lens_zoom_ppm * share_per_ppm / RIG_SIDES;
 }
 
 /// Error of the depth because a side's pan and zoom were moved since the calibration; 0 where a
 /// position is not known.
 static double moved_mm(const struct calibration *calibration,
-                       const struct session_instrument *instrument,
+                       const struct pair_instrument *instrument,
                        const struct calibration_side_origin *now, int side, double depth_mm) {
     const struct calibration_axis *made = calibration->origin.side[side].axis;
     double moved[CALIBRATION_AXES] = {0};
@@ -324,9 +349,9 @@ static double moved_mm(const struct calibration *calibration,
 }
 
 double calibration_match_sigma_mm(const struct calibration *calibration,
-                                  const struct session_instrument *instrument,
+                                  const struct pair_instrument *instrument,
                                   const struct calibration_origin *now, double depth_mm) {
-    struct session_instrument defaults;
+    struct pair_instrument defaults;
     const bool given = instrument != NULL;
     INVARIANT(depth_mm >= 0);
     if (!calibration->has_origin) {

@@ -2,15 +2,17 @@
 /// Checks that a calibration belongs to a pair: same instrument and cameras, same sensor window,
 /// and every axis where it was during calibration. A servo that is 0.9 degrees off moves a mug at
 /// 1.8 m by 104 mm in depth, and no image shows it.
-#ifndef VERGENCE_DAEMON_SESSION_CALIBRATION_MATCH_H
-#define VERGENCE_DAEMON_SESSION_CALIBRATION_MATCH_H
+#ifndef VERGENCE_CONSOLE_PAIR_CALIBRATION_MATCH_H
+#define VERGENCE_CONSOLE_PAIR_CALIBRATION_MATCH_H
 
 #include <stdbool.h>
 
 #include "console/pair/calibration_reply.h"
-#include "daemon/base/message.h"
-#include "daemon/session/session.h"
+#include "console/pair/pair_instrument.h"
+#include "core/message.h"
 #include "rig/base/profile.h"
+#include "rig/pair.h"
+#include "rig/rig.h"
 #include "stereo/geometry/calibration.h"
 
 #ifdef __cplusplus
@@ -21,24 +23,28 @@ extern "C" {
 struct calibration_match_state {
     struct calibration_origin origin;
     int width_px[RIG_SIDES], height_px[RIG_SIDES];  // size of the frames
-    struct session_instrument instrument;           // how far each axis repeats
+    struct pair_instrument instrument;              // how far each axis repeats
 };
 
 /// Whether two positions of an axis, in its unit, differ by more than its repeatability.
-bool calibration_match_is_apart(const struct session_instrument *instrument, int axis, double one,
+bool calibration_match_is_apart(const struct pair_instrument *instrument, int axis, double one,
                                 double other);
 
 /// The instrument that a profile describes; its cameras are unknown.
-struct session_instrument calibration_match_instrument(const struct rig_profile *profile);
+struct pair_instrument calibration_match_instrument(const struct rig_profile *profile);
 
 /// The angle of a servo's pulse; false: the instrument states none.
-bool calibration_match_pan_deg(const struct session_instrument *instrument, int side,
-                               double pulse_q4, double *deg);
+bool calibration_match_pan_deg(const struct pair_instrument *instrument, int side, double pulse_q4,
+                               double *deg);
 
 /// The state in which a session's pair was taken. If `instrument` is NULL (the session does not
 /// record it), the built-in profile named `profile` is used if it exists.
-void calibration_match_pair(const char *profile, const struct session_instrument *instrument,
+void calibration_match_pair(const char *profile, const struct pair_instrument *instrument,
                             const struct pair *pair, struct calibration_match_state *state);
+
+/// The state in which a rig was read last.
+void calibration_match_now(const struct rig *rig, const struct pair_instrument *instrument,
+                           struct calibration_match_state *state);
 
 /// ERROR_MISMATCH if the calibration was made with another instrument, other cameras or another
 /// window, or if an axis is further from its calibrated position than its repeatability. `message`
@@ -66,7 +72,7 @@ bool calibration_match_is_partial(const struct calibration *calibration,
 /// Focus and iris are not included. `now`: where the axes are; what was moved since the calibration
 /// adds its effect. NULL: not known.
 double calibration_match_sigma_mm(const struct calibration *calibration,
-                                  const struct session_instrument *instrument,
+                                  const struct pair_instrument *instrument,
                                   const struct calibration_origin *now, double depth_mm);
 
 #ifdef __cplusplus

@@ -1,30 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/session/calibration_at.h"
+#include "console/pair/calibration_at.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "console/command_text.h"
 #include "core/cholesky.h"
 #include "core/error.h"
 #include "core/math.h"
+#include "core/utf8.h"
 
 int calibration_at_refused(const char *name, int error, const struct calibration_fault *fault,
                            struct message *message) {
     if (error == ERROR_CRC) {
-        return message_set(
+        return command_text_message(
             message, error,
             "%s: checksum mismatch: the text was edited or damaged (expected %08x for this text)",
-            name, fault->crc);
+            name, (unsigned)fault->crc);
     }
-    char place[24] = "";
+    struct command_text text = command_text_begin(message->text, sizeof message->text);
+    command_text_add(&text, name);
     if (fault->line > 0) {
-        snprintf(place, sizeof place, ":%d", fault->line);
+        command_text_print(&text, ":%d", fault->line);
     }
-    return message_set(message, error, "%s%s: %s%s%s", name, place, fault->field,
-                       fault->field[0] != '\0' ? ": " : "",
-                       fault->reason[0] != '\0' ? fault->reason : error_text(error));
+    command_text_join(&text, ": ", fault->field, fault->field[0] != '\0' ? ": " : "",
+                      fault->reason[0] != '\0' ? fault->reason : error_text(error));
+    utf8_mask_controls(message->text);
+    return error;
 }
 
 // Whether some combination of parameters would have a negative variance.
@@ -47,40 +49,19 @@ static bool covariance_is_possible(const struct zoom_calibration *zoom, double *
     return possible;
 }
 
-static int check_covariance(const char *name, const struct zoom_calibration *zoom,
-                            struct message *message) {
-    const size_t size = (size_t)zoom->parameters * (size_t)zoom->parameters;
-    double *matrix = malloc((size > 0 ? size : 1) * sizeof *matrix);
-    if (matrix == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: out of memory", name);
-    }
-    const bool possible = covariance_is_possible(zoom, matrix);
-    free(matrix);
-    return possible ? ERROR_OK
-                    : message_set(message, ERROR_RANGE,
-                                  "%s: the covariance is impossible (not positive semi-definite): "
-                                  "calibrate again",
-                                  name);
-}
-
-int calibration_at_read_zoom(const char *name, const char *text, size_t length,
-                             struct zoom_calibration **zoom, struct message *message) {
+int calibration_at_parse_zoom(const char *name, const char *text, size_t length, double *matrix,
+                              struct zoom_calibration *zoom, struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
-    *zoom = malloc(sizeof **zoom);
-    if (*zoom == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: out of memory", name);
-    }
-    int error = zoom_calibration_parse(text, length, *zoom, &fault);
+    const int error = zoom_calibration_parse(text, length, zoom, &fault);
     if (error != ERROR_OK) {
-        (void)calibration_at_refused(name, error, &fault, message);
-    } else {
-        error = check_covariance(name, *zoom, message);
+        return calibration_at_refused(name, error, &fault, message);
     }
-    if (error != ERROR_OK) {
-        free(*zoom);
-        *zoom = NULL;
-    }
-    return error;
+    return covariance_is_possible(zoom, matrix)
+               ? ERROR_OK
+               : command_text_message(message, ERROR_RANGE,
+                                      "%s: the covariance is impossible (not positive "
+                                      "semi-definite): calibrate again",
+                                      name);
 }
 
 int calibration_at_axes(const struct calibration_match_state *axes, struct zoom_state *state,
@@ -91,7 +72,7 @@ int calibration_at_axes(const struct calibration_match_state *axes, struct zoom_
         static const int needed[] = {CALIBRATION_PAN, CALIBRATION_ZOOM, CALIBRATION_FOCUS};
         for (int i = 0; i < 3; i++) {
             if (axis[needed[i]].kind != CALIBRATION_AXIS_KNOWN) {
-                return message_set(
+                return command_text_message(
                     message, ERROR_MISMATCH,
                     "%s %s is unknown%s: the calibration of all zooms cannot be used",
                     rig_side_names[side], calibration_reply_axis_name(needed[i]),
@@ -121,11 +102,11 @@ static int refuse_state(const struct zoom_calibration *zoom, const struct zoom_s
                               : state->side[side].zoom_counts;
     const double unit = pan ? MATH_RAD_PER_DEGREE : 1;
     const int axis = pan ? CALIBRATION_PAN : focus ? CALIBRATION_FOCUS : CALIBRATION_ZOOM;
-    return message_set(message, ERROR_MISMATCH,
-                       "%s %s is at %.*f %s, outside the calibrated %.*f to %.*f %s%s",
-                       rig_side_names[side], calibration_reply_axis_name(axis), pan ? 3 : 1,
-                       at / unit, calibration_reply_axis_unit(axis), pan ? 3 : 1, range->min / unit,
-                       pan ? 3 : 1, range->max / unit, calibration_reply_axis_unit(axis), advice);
+    return command_text_message(
+        message, ERROR_MISMATCH, "%s %s is at %.*f %s, outside the calibrated %.*f to %.*f %s%s",
+        rig_side_names[side], calibration_reply_axis_name(axis), pan ? 3 : 1, at / unit,
+        calibration_reply_axis_unit(axis), pan ? 3 : 1, range->min / unit, pan ? 3 : 1,
+        range->max / unit, calibration_reply_axis_unit(axis), advice);
 }
 
 int calibration_at_state(const struct zoom_calibration *zoom, const struct zoom_state *state,
@@ -146,10 +127,11 @@ int calibration_at(const char *name, const char *text, size_t length,
                    struct calibration *calibration, struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
     if (zoom_calibration_is_text(text, length)) {
-        return message_set(message, ERROR_MISSING,
-                           "%s: is a calibration of all zooms: it needs a captured pair, or a "
-                           "state (vergence info FILE --at)",
-                           name);
+        return command_text_message(
+            message, ERROR_MISSING,
+            "%s: is a calibration of all zooms: it needs a captured pair, or a "
+            "state (vergence info FILE --at)",
+            name);
     }
     const int error = calibration_parse(text, length, calibration, &fault);
     return error == ERROR_OK ? ERROR_OK : calibration_at_refused(name, error, &fault, message);
@@ -168,21 +150,6 @@ int calibration_at_zoom(const struct zoom_calibration *zoom,
         // The iris too, which does not matter, and how far the axes moved during the pair.
         memcpy(calibration->origin.side[side].axis, axes->origin.side[side].axis,
                sizeof axes->origin.side[side].axis);
-    }
-    return error;
-}
-
-int calibration_at_pair(const char *name, const char *text, size_t length,
-                        const struct calibration_match_state *axes, struct calibration *calibration,
-                        struct message *message) {
-    struct zoom_calibration *zoom;
-    if (!zoom_calibration_is_text(text, length)) {
-        return calibration_at(name, text, length, calibration, message);
-    }
-    int error = calibration_at_read_zoom(name, text, length, &zoom, message);
-    if (error == ERROR_OK) {
-        error = calibration_at_zoom(zoom, axes, calibration, message);
-        free(zoom);
     }
     return error;
 }
