@@ -7,7 +7,11 @@
 
 #include "hal/clock.h"
 
-enum { BF537_CORE_MHZ = 600, BF537_SYSTEM_HZ = 120000000 };
+/// Reads the clocks as the boot loader has set them. Call it before anything else of these drivers.
+void bf537_clock_begin(void);
+
+/// Clock of the peripherals.
+uint32_t bf537_system_hz(void);
 
 /// Microseconds since reset.
 uint64_t bf537_now_us(void);

@@ -189,6 +189,12 @@ void bf537_fault_check_stack(void) {
     }
 }
 
+void bf537_fault_check_cache(void) {
+    if ((DMEM_CONTROL & DMEM_CACHED) != 0) {
+        restart("the data cache is on (in U-Boot: dcache off)");
+    }
+}
+
 size_t bf537_stack_bytes(void) {
     return (size_t)((const uint8_t *)_bf537_stack_end - (const uint8_t *)_bf537_stack_begin);
 }

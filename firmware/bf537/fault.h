@@ -14,6 +14,9 @@ const char *bf537_fault_last(void);
 /// Ends the program if the stack has run over its end.
 void bf537_fault_check_stack(void);
 
+/// Ends the program if the data cache is on: frames by DMA would not be what the processor reads.
+void bf537_fault_check_cache(void);
+
 /// Largest depth of the stack so far, and its size.
 size_t bf537_stack_used_bytes(void);
 size_t bf537_stack_bytes(void);

@@ -66,11 +66,13 @@ _Noreturn void bf537_main(void) {
     static const struct hal_log_operations log_operations = {write_log};
     static const struct hal_log log = {&log_operations, NULL};
     struct rig_profile profile;
+    bf537_clock_begin();
     (void)bf537_fault_last();
     const int error = rig_profile_named("rig", &profile);
     INVARIANT(error == ERROR_OK);
     bf537_serial_open(&console_serial, UART0, CONSOLE_BAUD);
     bf537_serial_open(&lens_serial, UART1, profile.lens.bits_per_s);
+    bf537_fault_check_cache();
     enable_interrupts();
     const struct hal_i2c *i2c = bf537_twi_open(TWI_HZ);
     const struct hal_camera *camera = bf537_ppi_open(_bf537_pool_begin, FRAMES_BYTES);

@@ -10,6 +10,9 @@
 #define MMR32(address) (*(volatile uint32_t *)(uintptr_t)(address))
 
 // Clocks and reset
+#define PLL_CTL MMR16(0xFFC00000)
+#define PLL_DIV MMR16(0xFFC00004)
+enum { PLL_HALF_INPUT = 1, PLL_BYPASS = 0x100, PLL_MULTIPLIER_SHIFT = 9, PLL_MULTIPLIER_MASK = 63 };
 #define SWRST MMR16(0xFFC00100)
 enum { SWRST_BY_DOUBLE_FAULT = 1 << 3, SWRST_DOUBLE_FAULT = 1 << 13, SWRST_WATCHDOG = 1 << 14 };
 
@@ -74,6 +77,8 @@ enum {
     TWI_MASTER_PULL_SCL = 0x8000,
 };
 enum {
+    TWI_STAT_RUNS = 0x0001,
+    TWI_STAT_BUS_BUSY = 0x0100,
     TWI_STAT_LOST = 0x0002,
     TWI_STAT_NACK_ADDRESS = 0x0004,
     TWI_STAT_NACK_DATA = 0x0008,
@@ -115,7 +120,9 @@ enum { PPI_OVERFLOW = 0x1000, PPI_FRAME_ERROR = 0x0800, PPI_LINE_ERROR = 0x0300 
 enum { DMA_ENABLE = 1, DMA_TO_MEMORY = 2, DMA_16_BITS = 4, DMA_2D = 0x10, DMA_INTERRUPT = 0x80 };
 enum { DMA_DONE = 1, DMA_ERROR = 2, DMA_RUNS = 8 };
 
-// Core: events and timer
+// Core: data cache, events and timer
+#define DMEM_CONTROL MMR32(0xFFE00004)
+enum { DMEM_CACHED = 0x0C };  ///< one of both banks, or both, are a cache
 #define IPEND MMR32(0xFFE02108)
 #define TCNTL MMR32(0xFFE03000)
 #define TPERIOD MMR32(0xFFE03004)

@@ -7,11 +7,16 @@
 #include "bf537/mmr.h"
 #include "core/error.h"
 
+/// Reading the status clears that a byte was lost.
+static uint16_t read_status(struct bf537_serial *self) {
+    const uint16_t status = UART_LSR(self->uart);
+    self->lost += (status & UART_LSR_OE) != 0;
+    return status;
+}
+
 void bf537_serial_receive(struct bf537_serial *self) {
     while (self->received - self->taken < sizeof self->ring) {
-        const uint16_t status = UART_LSR(self->uart);
-        self->lost += (status & UART_LSR_OE) != 0;
-        if ((status & UART_LSR_DR) == 0) {
+        if ((read_status(self) & UART_LSR_DR) == 0) {
             return;
         }
         self->ring[self->received % sizeof self->ring] = (uint8_t)UART_RBR(self->uart);
@@ -54,7 +59,7 @@ bool bf537_serial_waits(const struct bf537_serial *self) {
 void bf537_serial_send(struct bf537_serial *self, const void *data, size_t bytes) {
     const uint8_t *from = data;
     for (size_t i = 0; i < bytes; i++) {
-        while ((UART_LSR(self->uart) & UART_LSR_THRE) == 0) {
+        while ((read_status(self) & UART_LSR_THRE) == 0) {
         }
         UART_THR(self->uart) = from[i];
     }
@@ -85,7 +90,7 @@ static int discard_bytes(void *context) {
 
 void bf537_serial_open(struct bf537_serial *self, uint32_t uart, uint32_t baud) {
     static const struct hal_uart_operations operations = {write_bytes, read_bytes, discard_bytes};
-    const uint32_t divisor = (BF537_SYSTEM_HZ + 8 * baud) / (16 * baud);
+    const uint32_t divisor = (bf537_system_hz() + 8 * baud) / (16 * baud);
     memset(self, 0, sizeof *self);
     self->uart = uart;
     self->port = (struct hal_uart){&operations, self};

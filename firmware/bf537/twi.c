@@ -10,7 +10,7 @@
 enum {
     TIME_UNIT_HZ = 10000000,  // of CLKDIV
     FAST_HZ = 400000,
-    POLL_US = 5,  // half a bit at 100 kHz
+    POLL_US = 40,  // half a byte at 100 kHz; the transmitter holds two
 };
 
 static uint16_t speed_bits;
@@ -73,6 +73,13 @@ static int transfer(void *self, const struct hal_i2c_message *messages, size_t c
     if ((TWI_MASTER_STAT & (TWI_STAT_SDA_LOW | TWI_STAT_SCL_LOW)) != 0) {
         return ERROR_I2C_STUCK;
     }
+    // The stop after an address without an answer may be on its way.
+    while ((TWI_MASTER_STAT & (TWI_STAT_RUNS | TWI_STAT_BUS_BUSY)) != 0) {
+        if (bf537_now_us() > deadline_us) {
+            return ERROR_I2C_STUCK;
+        }
+        bf537_sleep_until_us(bf537_now_us() + POLL_US);
+    }
     TWI_FIFO_CTL = TWI_FIFO_FLUSH;
     TWI_FIFO_CTL = 0;
     int error = ERROR_OK;
@@ -106,7 +113,7 @@ const struct hal_i2c *bf537_twi_open(uint32_t speed_hz) {
     static const struct hal_i2c bus = {&operations, NULL};
     const uint32_t half = TIME_UNIT_HZ / speed_hz / 2;
     speed_bits = speed_hz >= FAST_HZ ? TWI_MASTER_FAST : 0;
-    TWI_CONTROL = (uint16_t)(TWI_CONTROL_ENABLE | BF537_SYSTEM_HZ / TIME_UNIT_HZ);
+    TWI_CONTROL = (uint16_t)(TWI_CONTROL_ENABLE | bf537_system_hz() / TIME_UNIT_HZ);
     TWI_CLKDIV = (uint16_t)(half << 8 | half);
     TWI_INT_MASK = 0;
     ssync();

@@ -12,7 +12,7 @@ void bf537_watchdog_feed(void) {
 
 static void arm(uint32_t after_us) {
     WDOG_CTL = WDOG_OFF;
-    WDOG_CNT = after_us * (BF537_SYSTEM_HZ / 1000000);
+    WDOG_CNT = after_us * (bf537_system_hz() / 1000000);
     WDOG_CTL = WDOG_RESETS;
     ssync();
 }

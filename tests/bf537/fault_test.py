@@ -15,6 +15,7 @@ FAULTS = {
     b"m": ("misaligned access to data at", "provoke_misaligned_access"),
     b"i": (r"internal error at faults\.c:\d+: value == 0", None),
     b"s": ("the stack ran over its end", None),
+    b"c": ("the data cache is on .*dcache off", None),
 }
 
 
@@ -45,6 +46,7 @@ class Fault(unittest.TestCase):
 
 class Rig(unittest.TestCase):
     FAULTS = (("camera left silent", "camera left ok", "autoexpose", "ERR TIMEOUT left camera: no pixel clock"),
+              ("serial silent", "serial ok", "bringup", "ERR TIMEOUT left lens: its controller does not answer"),
               ("bus sda", "bus ok", "pan 5", "ERR I2C_ARBITRATION left servo"))
 
     def control(self, command):

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "bf537/clock.h"
 #include "bf537/fault.h"
 #include "bf537/mmr.h"
 #include "bf537/serial.h"
@@ -53,6 +54,7 @@ static char take_key(void) {
 }
 
 _Noreturn void bf537_main(void) {
+    bf537_clock_begin();
     bf537_serial_open(&console, UART0, 57600);
     bf537_serial_send(&console, "started: ", 9);
     for (const char *at = bf537_fault_last(); *at != '\0'; at++) {
@@ -69,6 +71,9 @@ _Noreturn void bf537_main(void) {
     } else if (key == 's') {
         (void)provoke_deep_stack(0);
         bf537_fault_check_stack();
+    } else if (key == 'c') {
+        DMEM_CONTROL |= DMEM_CACHED;
+        bf537_fault_check_cache();
     }
     bf537_watchdog_start();
     for (;;) {

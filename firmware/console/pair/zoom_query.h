@@ -24,7 +24,7 @@ struct command_host {
     /// Where the instrument is now.
     void (*read_state)(const struct command_call *call, struct calibration_match_state *state);
     /// Runs a job that takes a second of a processor with floating point, with an arena of `bytes`,
-    /// smaller if there is no memory. NULL: the processor is too slow, and answers are shorter.
+    /// smaller if memory is short. NULL: the processor is too slow, and answers are shorter.
     void (*compute)(const struct command_call *call, size_t bytes,
                     void (*job)(void *cookie, struct arena *arena), void *cookie);
 };
