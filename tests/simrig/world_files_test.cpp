@@ -150,6 +150,45 @@ TEST_CASE("the same bytes for any number of threads; other bytes for another see
     CHECK(world::render(scene, rig, world::Side::kRight, request).pixels != one.pixels);
 }
 
+TEST_CASE("the light of a camera at rest is kept, which changes no byte") {
+    const world::Scene scene = scene_of(kScene);
+    const world::Rig rig = world::load_rig(file("rigs/default.yaml"));
+    const world::Mechanics rest = straight(rig, 600, 1750, 800);
+    world::Mechanics moved = rest;
+    moved.focus += 0.5;
+    world::StillLight kept;
+    int traced = 0;
+    const auto check = [&](const world::FrameRequest &request) {
+        const std::vector<float> before = kept.lux;
+        const world::Frame alone = world::render(scene, rig, world::Side::kLeft, request);
+        const world::Frame frame = world::render(scene, rig, world::Side::kLeft, request, &kept);
+        CHECK(frame.pixels == alone.pixels);
+        traced += kept.lux != before;
+    };
+    world::FrameRequest request = steady(rest);
+    request.window = {800, 600, 64, 48, 2, 2, 2, 1};
+    for (request.frame = 1; request.frame <= 3; request.frame++) {
+        request.start_time_us += 1234;  // another phase of the mains
+        request.gains.analog[0] = double(request.frame);
+        check(request);
+    }
+    CHECK(traced == 1);
+    request.exposure_us *= 2;
+    check(request);
+    request.mechanics = [&](double) { return moved; };
+    check(request);
+    request.window.column += 2;
+    check(request);
+    request.light = [](double) { return 0.5; };
+    check(request);
+    CHECK(traced == 5);
+    // It moves within the frame: nothing of this is kept.
+    const double then_us = request.start_time_us + request.exposure_us / 2;
+    request.mechanics = [&](double time_us) { return time_us < then_us ? rest : moved; };
+    check(request);
+    CHECK(traced == 5);
+}
+
 TEST_CASE("a window shows what the whole frame shows there") {
     const world::Scene scene = scene_of(kScene);
     const world::Rig rig = perfect_rig();

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tools/simrig/scene/scene.hpp"
@@ -43,6 +44,11 @@ struct Window {
     }
     /// Empty when the window is valid, otherwise what is wrong with it.
     const char *fault() const;
+    bool operator==(const Window &other) const {
+        return std::tie(column, row, columns, rows, skip_x, skip_y, bin_x, bin_y) ==
+               std::tie(other.column, other.row, other.columns, other.rows, other.skip_x,
+                        other.skip_y, other.bin_x, other.bin_y);
+    }
 };
 
 struct Gains {
@@ -71,9 +77,29 @@ struct Frame {
     std::vector<std::uint16_t> pixels;  ///< 10 bits, GRBG
 };
 
-/// Renders a frame. Bytes depend on all arguments but the number of threads.
+/// The light of the last frame of a camera at rest. The frames of one that does not move meanwhile
+/// differ only in their noise.
+struct StillLight {
+    const Scene *scene = nullptr;  ///< null: none
+    Side side = Side::kLeft;
+    Window window;
+    Mechanics mechanics;
+    std::uint64_t seed = 0;
+    double lit_us = 0;
+    std::vector<float> lux;  ///< of each binned pixel, row by row
+
+    /// Whether it is the light of what `other` asks for.
+    bool of(const StillLight &other) const {
+        return scene == other.scene && side == other.side && window == other.window &&
+               mechanics == other.mechanics && seed == other.seed && lit_us == other.lit_us;
+    }
+};
+
+/// Renders a frame. Bytes depend on all arguments but the number of threads and what `kept` (null:
+/// nothing is kept) has. `kept` belongs to one scene and rig, which do not change meanwhile.
 /// Throws std::invalid_argument when the window is invalid (Window::fault) or mechanics is empty.
-Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &request);
+Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &request,
+             StillLight *kept = nullptr);
 
 /// Truth of a frame, for the middle of each output pixel (the pinhole's ray).
 struct Truth {

@@ -60,8 +60,18 @@ struct Job {
     Spots spots;
     double texture;
     PixelReader reader;
-    std::uint64_t key;
+    std::uint64_t key;  // of the rays
+    double lit_us;      // how long a row is lit, but for the mains: what the rays' number is for
+    std::vector<float> &lux;
     Frame &frame;
+
+    std::size_t place(int column, int row) const {
+        return static_cast<std::size_t>(row * frame.columns + column);
+    }
+    std::size_t lux_of(int column, int row) const {
+        return place(column, row) *
+               static_cast<std::size_t>(request.window.bin_x * request.window.bin_y);
+    }
 
     View view_at(Vec2 pixel) const {
         const Spots::Spot &spot = spots.at(pixel);
@@ -290,30 +300,24 @@ class BlockOfPixels {
         }
     }
 
-    void render(int column, int row, double lit_us) {
+    void render(int column, int row) {
         const Window &w = job_.request.window;
-        double sum = 0;
+        std::size_t at = job_.lux_of(column, row);
         smooth_ = true;
         for (std::size_t i = 0; i < moments_.size() && smooth_; i++) {
             smooth_ = moments_[i].smooth(column, row, z_from_[i]);
         }
         for (int j = 0; j < w.bin_y; j++) {
             for (int i = 0; i < w.bin_x; i++) {
-                const int x = w.array_column(column, i);
-                const int y = w.array_row(row, j);
-                sum += job_.reader.collected(electrons(x, y, lit_us), x, y);
+                job_.lux[at++] =
+                    static_cast<float>(lux(w.array_column(column, i), w.array_row(row, j)));
             }
         }
-        const int binned = w.bin_x * w.bin_y;
-        const int x = w.array_column(column, 0);
-        const int y = w.array_row(row, 0);
-        job_.frame.pixels[static_cast<std::size_t>(row * job_.frame.columns + column)] =
-            job_.reader.number(sum / binned, binned, bayer_place(x, y), x, y);
     }
 
   private:
-    // One array pixel through all moments of its exposure.
-    double electrons(int x, int y, double lit_us) {
+    // On one array pixel, the mean of all moments of its exposure.
+    double lux(int x, int y) {
         PixelTask task;
         task.channel = bayer_channel(bayer_place(x, y));
         task.starts_smooth = smooth_;
@@ -326,11 +330,10 @@ class BlockOfPixels {
         }
         task.key =
             mixed(job_.key, static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint64_t>(x));
+        lux /= static_cast<double>(moments_.size());
         task.electrons_per_luminance =
-            lux / static_cast<double>(moments_.size()) *
-            electrons_per_lux(job_.rig_camera.sensor, task.channel, lit_us);
-        return luminance(task, {static_cast<double>(x), static_cast<double>(y)}) *
-               task.electrons_per_luminance;
+            lux * electrons_per_lux(job_.rig_camera.sensor, task.channel, job_.lit_us);
+        return luminance(task, {static_cast<double>(x), static_cast<double>(y)}) * lux;
     }
 
     // Far out of focus, where one ray does not do, it is that between the nodes.
@@ -358,11 +361,36 @@ class BlockOfPixels {
     bool smooth_ = false;
 };
 
-// How long a row is lit by the scene's full light.
-double lit_time(const Job &job, int row) {
-    const double start_us = row_start_us(job.request, row), exposure_us = job.request.exposure_us;
-    const double share = job.request.light ? job.request.light(start_us + 0.5 * exposure_us) : 1;
-    return share * lit_time_us(job.mains, start_us, exposure_us);
+// The scene's light in the middle of a row's exposure.
+double share_of_light(const FrameRequest &request, int row) {
+    const double middle_us = row_start_us(request, row) + 0.5 * request.exposure_us;
+    return request.light ? request.light(middle_us) : 1;
+}
+
+// The numbers of a row whose light is known.
+void read_row(const Job &job, int row) {
+    const Window &w = job.request.window;
+    const int binned = w.bin_x * w.bin_y;
+    const double lit_us =
+        share_of_light(job.request, row) *
+        lit_time_us(job.mains, row_start_us(job.request, row), job.request.exposure_us);
+    double electrons[3];
+    for (int c = 0; c < 3; c++) {
+        electrons[c] = electrons_per_lux(job.rig_camera.sensor, c, lit_us);
+    }
+    std::size_t at = job.lux_of(0, row);
+    for (int column = 0; column < job.frame.columns; column++) {
+        double sum = 0;
+        const int place = bayer_place(w.array_column(column, 0), w.array_row(row, 0));
+        for (int j = 0; j < w.bin_y; j++) {
+            for (int i = 0; i < w.bin_x; i++) {
+                const double mean = electrons[bayer_channel(place)] * double(job.lux[at++]);
+                sum += job.reader.collected(mean, w.array_column(column, i), w.array_row(row, j));
+            }
+        }
+        job.frame.pixels[job.place(column, row)] = job.reader.number(
+            sum / binned, binned, place, w.array_column(column, 0), w.array_row(row, 0));
+    }
 }
 
 // Blocks are those of the whole array where no pixel is left out, so that a window shows what the
@@ -383,10 +411,9 @@ void render_rows(const Job &job, Motion &motion, Nodes &nodes, int top, int bott
         const int moments = motion.moments(block.middle(w), first.candidates);
         BlockOfPixels pixels(job, block, motion.states(moments), nodes, pitch);
         for (int row = std::max(top, 0); row < std::min(bottom, job.frame.rows); row++) {
-            const double lit_us = lit_time(job, row);
             for (int column = std::max(left, 0);
                  column < std::min(block.column_end, job.frame.columns); column++) {
-                pixels.render(column, row, lit_us);
+                pixels.render(column, row);
             }
         }
     }
@@ -443,38 +470,95 @@ const char *Window::fault() const {
     return nullptr;
 }
 
-Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &request) {
+namespace {
+
+// Of the whole frame.
+bool is_still(const FrameRequest &request, Mechanics &mechanics) {
+    constexpr int kSteps = 64;
+    const double begin_us = row_start_us(request, 0);
+    const double end_us =
+        row_start_us(request, request.window.output_rows() - 1) + request.exposure_us;
+    mechanics = request.mechanics(begin_us);
+    for (int i = 1; i <= kSteps; i++) {
+        if (!(request.mechanics(begin_us + (end_us - begin_us) * i / kSteps) == mechanics)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// By as many threads as requested; `strips` is called in each, with what returns the first row of
+// the next strip.
+template <class Strips>
+void for_strips(const Job &job, const Strips &strips) {
+    std::atomic<int> next{first_of_blocks(job.request.window.row, job.request.window.skip_y)};
+    const auto work = [&] {
+        strips([&] {
+            const int top = next.fetch_add(kTile);
+            return top < job.frame.rows ? std::optional<int>(top) : std::nullopt;
+        });
+    };
+    std::vector<std::thread> pool;
+    for (int i = 1; i < job.request.threads; i++) {
+        pool.emplace_back(work);
+    }
+    work();
+    for (std::thread &thread : pool) {
+        thread.join();
+    }
+}
+
+}  // namespace
+
+Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &request,
+             StillLight *kept) {
     check(request);
     Frame frame;
     frame.columns = request.window.output_columns();
     frame.rows = request.window.output_rows();
     frame.pixels.resize(static_cast<std::size_t>(frame.columns * frame.rows));
     const RigCamera &rig_camera = rig.of(side);
-    const std::uint64_t key =
-        mixed(mixed(request.seed, static_cast<std::uint64_t>(side)), request.frame);
+    const std::uint64_t key = mixed(request.seed, static_cast<std::uint64_t>(side));
+    const std::uint64_t noise_key = mixed(key, request.frame);
     // An iris that moves meanwhile has the spot of the frame's middle.
     const Optics optics = camera_at(rig_camera, request.mechanics(middle_us(request))).optics;
-    const Job job = {scene,       rig_camera,
-                     rig.mains,   request,
-                     Aperture(0), Spots(optics),
-                     rig.texture, PixelReader(rig_camera.sensor, request.gains, mixed(key)),
-                     key,         frame};
-    std::atomic<int> next{0};
-    const int first = first_of_blocks(request.window.row, request.window.skip_y);
-    const auto work = [&] {
-        Nodes nodes(
-            scene, rig_camera, request, [&job](Vec2 pixel) { return job.view_at(pixel); }, key);
-        for (int row = first + kTile * next++; row < frame.rows; row = first + kTile * next++) {
-            render_strip(job, nodes, row);
-        }
-    };
-    std::vector<std::thread> pool;
-    for (int i = 1; i < request.threads; i++) {
-        pool.emplace_back(work);
+    StillLight light = {&scene, side, request.window, {}, request.seed, 0, {}};
+    light.lit_us = share_of_light(request, frame.rows / 2) * request.exposure_us;
+    const bool still = is_still(request, light.mechanics);
+    const bool known = still && kept != nullptr && kept->of(light);
+    if (known) {
+        light.lux.swap(kept->lux);
+    } else {
+        light.lux.resize(frame.pixels.size() *
+                         static_cast<std::size_t>(request.window.bin_x * request.window.bin_y));
     }
-    work();
-    for (std::thread &thread : pool) {
-        thread.join();
+    // The rays of cameras at rest do not depend on the frame, so that it need not be rendered.
+    const Job job = {scene,
+                     rig_camera,
+                     rig.mains,
+                     request,
+                     Aperture(0),
+                     Spots(optics),
+                     rig.texture,
+                     PixelReader(rig_camera.sensor, request.gains, mixed(noise_key)),
+                     still ? key : noise_key,
+                     light.lit_us,
+                     light.lux,
+                     frame};
+    for_strips(job, [&](const auto &next_strip) {
+        Nodes nodes(
+            scene, rig_camera, request, [&job](Vec2 pixel) { return job.view_at(pixel); }, job.key);
+        for (auto top = next_strip(); top; top = next_strip()) {
+            if (!known) {
+                render_strip(job, nodes, *top);
+            }
+            for (int row = std::max(*top, 0); row < std::min(*top + kTile, frame.rows); row++) {
+                read_row(job, row);
+            }
+        }
+    });
+    if (kept != nullptr && still) {
+        *kept = std::move(light);
     }
     return frame;
 }

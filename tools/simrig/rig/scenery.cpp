@@ -39,6 +39,7 @@ Stage::Stage(std::shared_ptr<world::Scene> scene, const std::string &rig, uint64
 
 void Stage::set_scene(std::shared_ptr<world::Scene> scene) {
     scene_ = std::move(scene);
+    still_ = {};  // another scene may be at the same address
 }
 
 double Stage::Light::at(double time_us) const {
@@ -130,7 +131,8 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
     asked.request.light = [this, capped](double time_us) {
         return capped ? 0 : light_.at(time_us);
     };
-    const world::Frame lit = world::render(*scene_, rig_, world::Side(camera), asked.request);
+    const world::Frame lit =
+        world::render(*scene_, rig_, world::Side(camera), asked.request, &still_[size_t(camera)]);
     for (int row = 0; row < lit.rows; row++) {
         const auto from = lit.pixels.begin() + long(row) * lit.columns;
         std::copy(from, from + lit.columns,

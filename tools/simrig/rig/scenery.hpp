@@ -78,6 +78,7 @@ class Stage {
     };
     Light light_;
     std::array<bool, BRIDGE_CAMERAS> capped_{};
+    std::array<world::StillLight, BRIDGE_CAMERAS> still_{};
     std::array<Asked, BRIDGE_CAMERAS> asked_;
     // Those before and with the last one, by begin: a search of focus or light takes some sixty.
     static constexpr size_t kRemembered = 1000;
