@@ -9,14 +9,14 @@ static int give(const struct command_call *call, const char *line) {
     return command_give_rig(call, line, NULL);
 }
 
-struct job {
+struct computation {
     void (*run)(void *cookie, struct arena *arena);
     void *cookie;
     size_t bytes;
 };
 
 static void run_job(void *cookie) {
-    const struct job *self = cookie;
+    const struct computation *self = cookie;
     struct arena arena;
     void *memory = malloc(self->bytes);
     arena_init(&arena, memory, memory == NULL ? 0 : self->bytes);
@@ -26,7 +26,7 @@ static void run_job(void *cookie) {
 
 static void compute(const struct command_call *call, size_t bytes,
                     void (*run)(void *cookie, struct arena *arena), void *cookie) {
-    struct job job = {run, cookie, bytes};
+    struct computation job = {run, cookie, bytes};
     disk_writer_run(&daemon_of(call)->disk_writer, run_job, &job);
 }
 
