@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cycles of the stereo pipeline on the simulated BF537: tools/bench bf537 builds, runs and reads
-// it. Each line is the name of a stage, its cycles in thousands, and what they are divided by; the
-// last one has the bytes of a surface's working memory and of its two frames.
+// it. Each line is the name of a stage, its cycles in thousands, what they are divided by, the
+// stack, a checksum, and what went to and from SDRAM (enum sdram_event); the last one has the bytes
+// of a surface's working memory and of its two frames.
 #include <inttypes.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -47,6 +48,17 @@ static void start_cycles(void) {
     __asm__ volatile("%0 = syscfg; bitset(%0, 1); syscfg = %0;" : "=d"(bits));
 }
 
+// Counted by tools/bfin_devices/dv-bfin_mmu.c, which has them here.
+enum sdram_event { LOADED_BYTES, STORED_BYTES, FILLED_LINES, WRITTEN_LINES, SDRAM_EVENTS };
+
+struct sdram_use {
+    uint32_t events[SDRAM_EVENTS];
+};
+
+static struct sdram_use read_sdram_use(void) {
+    return *(const volatile struct sdram_use *)0x90000000;
+}
+
 static void *must_take(size_t count, size_t element_bytes) {
     void *taken = arena_take(&working, count, element_bytes);
     INVARIANT(taken != NULL);
@@ -71,9 +83,31 @@ static int used_stack(void) {
     return (int)(stack_end - at) + PAINT_BELOW;
 }
 
-static void print_stage(const char *stage, uint64_t cycles, uint32_t units, uint32_t crc) {
-    printf("%s %" PRIu32 " %" PRIu32 " %d %08" PRIx32 "\n", stage,
-           (uint32_t)((cycles + 500) / 1000), units, used_stack(), crc);
+struct cost {
+    uint64_t cycles;
+    struct sdram_use sdram;
+};
+
+static struct cost read_cost(void) {
+    const struct sdram_use sdram = read_sdram_use();
+    return (struct cost){read_cycles(), sdram};
+}
+
+static struct cost cost_since(const struct cost *begin) {
+    struct cost cost = {.cycles = read_cycles() - begin->cycles, .sdram = read_sdram_use()};
+    for (int i = 0; i < SDRAM_EVENTS; i++) {
+        cost.sdram.events[i] -= begin->sdram.events[i];
+    }
+    return cost;
+}
+
+static void print_stage(const char *stage, const struct cost *cost, uint32_t units, uint32_t crc) {
+    printf("%s %" PRIu32 " %" PRIu32 " %d %08" PRIx32, stage,
+           (uint32_t)((cost->cycles + 500) / 1000), units, used_stack(), crc);
+    for (int i = 0; i < SDRAM_EVENTS; i++) {
+        printf(" %" PRIu32, cost->sdram.events[i]);
+    }
+    printf("\n");
 }
 
 // Disparity of a left pixel: a slanted plane, and in front of it a rectangle and a curved ridge.
@@ -136,14 +170,14 @@ static void match_and_fit(const struct match_input *input, enum match_preset pre
         .confidence = take_image(width, height),
     };
     paint_stack();
-    uint64_t begin = read_cycles();
+    struct cost begin = read_cost();
     int error = match_run(input, &options, &parallel_serial, NULL, NULL, &working, &output);
-    uint64_t end = read_cycles();
+    struct cost cost = cost_since(&begin);
     INVARIANT(error == ERROR_OK);
     const bool is_paper = preset == MATCH_PRESET_PAPER;
     const uint32_t all = (uint32_t)pixels * (uint32_t)disparities;
     const uint32_t units = is_paper ? all : (uint32_t)match_work(width, height, &options);
-    print_stage(match_preset_name(preset), end - begin, units, crc_of(&output));
+    print_stage(match_preset_name(preset), &cost, units, crc_of(&output));
     if (is_paper) {
         arena_release(&working, mark);
         return;
@@ -151,12 +185,12 @@ static void match_and_fit(const struct match_input *input, enum match_preset pre
     struct subpixel fit;
     struct image_u8 sigma = take_image(width, height);
     paint_stack();
-    begin = read_cycles();
+    begin = read_cost();
     error = subpixel_begin(&fit, input, &parallel_serial, &working, &output, &sigma, false);
     INVARIANT(error == ERROR_OK);
     subpixel_advance(&fit, height);
-    end = read_cycles();
-    print_stage("subpixel", end - begin, (uint32_t)pixels,
+    cost = cost_since(&begin);
+    print_stage("subpixel", &cost, (uint32_t)pixels,
                 crc_update(crc_of(&output), sigma.data, pixels));
     arena_release(&working, mark);
 }
@@ -210,8 +244,20 @@ static struct rectify_plan plan_of(const struct calibration *rig, int width, int
     return plan;
 }
 
+// The clock of the pictures, asked before they develop, between, and after they rectify a few rows.
+struct picture_clock {
+    struct sdram_use before, used[3];  // since the last question; [1]: develop, [2]: rectify
+    int next;
+};
+
 static uint64_t clock_cycles(void *self) {
-    (void)self;
+    struct picture_clock *clock = self;
+    const struct sdram_use now = read_sdram_use();
+    for (int i = 0; i < SDRAM_EVENTS; i++) {
+        clock->used[clock->next].events[i] += now.events[i] - clock->before.events[i];
+    }
+    clock->before = now;
+    clock->next = (clock->next + 1) % 3;
     return read_cycles();
 }
 
@@ -237,17 +283,19 @@ static struct picture_side take_side(int width, int height, int raw_width, int r
 static void run_pictures(int width, int height, int raw_width, int raw_height) {
     const struct calibration rig = rig_of(raw_width, raw_height);
     const struct rectify_plan plan = plan_of(&rig, width, height);
-    struct pictures pictures = {.parallel = &parallel_serial, .now_us = clock_cycles};
+    struct picture_clock clock = {0};
+    struct pictures pictures = {
+        .parallel = &parallel_serial, .now_us = clock_cycles, .clock = &clock};
     for (int i = 0; i < 2; i++) {
         pictures.side[i] = take_side(width, height, raw_width, raw_height);
     }
     paint_stack();
-    const uint64_t begin = read_cycles();
+    const struct cost begin = read_cost();
     const int error = pictures_begin(&pictures, &plan, &rig, &working);
-    const uint64_t end = read_cycles();
+    const struct cost prepare = cost_since(&begin);
     INVARIANT(error == ERROR_OK);
     const size_t pixels = (size_t)width * (size_t)height;
-    print_stage("prepare", end - begin, (uint32_t)pixels, 0);
+    print_stage("prepare", &prepare, (uint32_t)pixels, 0);
     paint_stack();
     pictures_rows(&pictures, 0, height);
     uint32_t crc = 0;
@@ -255,8 +303,10 @@ static void run_pictures(int width, int height, int raw_width, int raw_height) {
         crc = crc_update(crc, pictures.side[i].grey.data, pixels);
         crc = crc_update(crc, pictures.side[i].colour.data, 3 * pixels);
     }
-    print_stage("develop", pictures.develop_us, 2 * (uint32_t)(raw_width * raw_height), crc);
-    print_stage("rectify", pictures.rectify_us, (uint32_t)pixels, crc);
+    const struct cost develop = {pictures.develop_us, clock.used[1]};
+    const struct cost rectify = {pictures.rectify_us, clock.used[2]};
+    print_stage("develop", &develop, 2 * (uint32_t)(raw_width * raw_height), crc);
+    print_stage("rectify", &rectify, (uint32_t)pixels, crc);
 }
 
 // Of a surface as firmware/memory makes it, from frames of twice its width and height.
