@@ -24,7 +24,7 @@ PROGRAMS = os.environ.get("VERGENCE_PROGRAMS", "")
 IMAGE = os.environ.get("VERGENCE_IMAGE", "")
 VERGENCE = os.environ.get("VERGENCE", "vergence")
 # Limits for a machine that does much else; the figures are in firmware/system/README.md.
-BOOT_LIMIT_S, COMMAND_LIMIT_S, END_LIMIT_S = 180, 240, 30
+BOOT_LIMIT_S, COMMAND_LIMIT_S, END_LIMIT_S = 600, 900, 60
 ANSWER_LIMIT_S = 15  # of the console, whatever became of the daemon
 # Ways to end or to stop what runs on the board. The last one leaves the system's watchdog alone.
 KILL, STOP = "kill -9 $(pidof vergenced)", "kill -STOP $(pidof vergenced)"
