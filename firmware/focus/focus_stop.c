@@ -28,15 +28,15 @@ static double weight_of(double u) {
 
 // How likely a rest is, and that times its distance from the peak, over the positions that the ring
 // may have had.
-static double likelihood(const struct focus_peak *peak, const struct focus_stop_sample *rest,
-                         double *distance) {
+static double likelihood(const struct focus_peak *peak, const double position_weights[POSITIONS],
+                         const struct focus_stop_sample *rest, double *distance) {
     double sum = 0, sum_distance = 0, weights = 0;
     for (unsigned i = 0; i < POSITIONS; i++) {
         const double u = grid(i, POSITIONS);
         const double position = rest->position + u * rest->position_deviation;
         const double expected = focus_peak_at(peak, position);
         const double off = (rest->sharpness - expected) / rest->sharpness_deviation;
-        const double weight = weight_of(u);
+        const double weight = position_weights[i];
         const double part = weight * (weight_of(off) + unlikely);
         weights += weight;
         sum += part;
@@ -52,12 +52,13 @@ struct place_sums {
 };
 
 static void add_peak(struct place_sums *sums, const struct focus_peak *peak, double prior,
+                     const double position_weights[POSITIONS],
                      const struct focus_stop_sample *stops, unsigned count) {
     double weight = prior, distance = 0;
     for (unsigned i = 0; i + 1 < count; i++) {
-        weight *= likelihood(peak, &stops[i], &distance);
+        weight *= likelihood(peak, position_weights, &stops[i], &distance);
     }
-    const double last = likelihood(peak, &stops[count - 1], &distance);
+    const double last = likelihood(peak, position_weights, &stops[count - 1], &distance);
     sums->distance += weight * distance;
     weight *= last;
     sums->weight += weight;
@@ -71,6 +72,10 @@ struct focus_peak_estimate focus_stop_estimate(const struct focus_peak *peak,
     const double prior = math_hypot(peak->deviation, place_deviation);
     const double half = math_max(peak->half_width, 0.5), height = peak->height - peak->floor;
     struct place_sums sums = {.weight = 0};
+    double position_weights[POSITIONS];
+    for (unsigned i = 0; i < POSITIONS; i++) {
+        position_weights[i] = weight_of(grid(i, POSITIONS));
+    }
     for (unsigned p = 0; p < PLACES; p++) {
         for (unsigned w = 0; w < WIDTHS; w++) {
             for (unsigned h = 0; h < HEIGHTS; h++) {
@@ -79,7 +84,8 @@ struct focus_peak_estimate focus_stop_estimate(const struct focus_peak *peak,
                 here.position += up * prior;
                 here.half_width = half * (1 + width_deviation * uw);
                 here.height = here.floor + height * (1 + height_deviation * uh);
-                add_peak(&sums, &here, weight_of(up) * weight_of(uw) * weight_of(uh), stops, count);
+                add_peak(&sums, &here, weight_of(up) * weight_of(uw) * weight_of(uh),
+                         position_weights, stops, count);
             }
         }
     }

@@ -95,8 +95,13 @@ static uint32_t digest_lens(void) {
     return crc;
 }
 
+// The short form makes one: its lenses cost the most.
 static struct calibration random_rig(void) {
-    struct calibration rig = {.id = "digest"};
+    static struct calibration rig;
+    if (is_short && rig.id[0] != 0) {
+        return rig;
+    }
+    rig = (struct calibration){.id = "digest"};
     const double f_px = uniform(150, 6000);
     rig.left = random_lens(320, 240, f_px);
     rig.right = random_lens(320, 240, f_px);
