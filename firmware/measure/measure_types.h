@@ -32,7 +32,7 @@ extern "C" {
     X(MIDDLE, 2, "focus on the middle")          \
     X(LIGHT, 6, "light")                         \
     X(PAIR, 4, "pair")                           \
-    X(MERGED, 4, "pair of several exposures")    \
+    X(MERGED, 4, "merged pair")                  \
     X(OTHER_ZOOM, 4, "other zoom")               \
     X(OTHER_FOCUS, 2, "focus at the other zoom") \
     X(OTHER_LIGHT, 3, "light at the other zoom") \

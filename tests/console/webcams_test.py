@@ -145,7 +145,7 @@ class Webcams(unittest.TestCase):
         # Cameras of a fake kernel show the same at each exposure: no reason to ask for light.
         self.assertRegex(done, r"sentence: points good to 0\.\d+ mm at 5\d\d mm, .*; 9\d(\.\d)? % of the "
                                r"subject measured; the light could not be set: [^;]*\n")
-        self.assertEqual(re.findall(r"step ([a-z ]+):", done), ["light", "pair", "surface"])
+        self.assertEqual(re.findall(r"step ([a-z ]+):", done), ["light", "pair", "merged pair", "surface"])
         self.assertTrue(os.path.exists(self.place("thing-surface", "report.html")))
         self.show(*([boards.picture(painted(), boards.pose(12, 20, 4, 10, 0, 30 + way), right, seed=50)
                      for right in (False, True)] for way in (0, 40, 80, 20, 60)))
