@@ -487,27 +487,6 @@ bool is_still(const FrameRequest &request, Mechanics &mechanics) {
     return true;
 }
 
-// By as many threads as requested; `strips` is called in each, with what returns the first row of
-// the next strip.
-template <class Strips>
-void for_strips(const Job &job, const Strips &strips) {
-    std::atomic<int> next{first_of_blocks(job.request.window.row, job.request.window.skip_y)};
-    const auto work = [&] {
-        strips([&] {
-            const int top = next.fetch_add(kTile);
-            return top < job.frame.rows ? std::optional<int>(top) : std::nullopt;
-        });
-    };
-    std::vector<std::thread> pool;
-    for (int i = 1; i < job.request.threads; i++) {
-        pool.emplace_back(work);
-    }
-    work();
-    for (std::thread &thread : pool) {
-        thread.join();
-    }
-}
-
 }  // namespace
 
 Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &request,
@@ -545,18 +524,28 @@ Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &
                      light.lit_us,
                      light.lux,
                      frame};
-    for_strips(job, [&](const auto &next_strip) {
+    std::atomic<int> next{0};
+    const int first = first_of_blocks(request.window.row, request.window.skip_y);
+    const auto work = [&] {
         Nodes nodes(
             scene, rig_camera, request, [&job](Vec2 pixel) { return job.view_at(pixel); }, job.key);
-        for (auto top = next_strip(); top; top = next_strip()) {
+        for (int top = first + kTile * next++; top < frame.rows; top = first + kTile * next++) {
             if (!known) {
-                render_strip(job, nodes, *top);
+                render_strip(job, nodes, top);
             }
-            for (int row = std::max(*top, 0); row < std::min(*top + kTile, frame.rows); row++) {
+            for (int row = std::max(top, 0); row < std::min(top + kTile, frame.rows); row++) {
                 read_row(job, row);
             }
         }
-    });
+    };
+    std::vector<std::thread> pool;
+    for (int i = 1; i < request.threads; i++) {
+        pool.emplace_back(work);
+    }
+    work();
+    for (std::thread &thread : pool) {
+        thread.join();
+    }
     if (kept != nullptr && still) {
         *kept = std::move(light);
     }
