@@ -2,9 +2,7 @@
 #include "daemon/base/memory.h"
 
 #include <inttypes.h>
-#ifdef __GLIBC__
 #include <malloc.h>
-#endif
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -67,7 +65,7 @@ uint64_t memory_available_bytes(void) {
 }
 
 void memory_return_freed(void) {
-#ifdef __GLIBC__
+#ifdef M_MMAP_THRESHOLD  // glibc has it, other C libraries have not
     mallopt(M_MMAP_THRESHOLD, 1 << 18);
 #endif
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a process is and has: its build, threads, signals.
+/// What a process is and has: its build, signals.
 #ifndef VERGENCE_DAEMON_BASE_PROCESS_H
 #define VERGENCE_DAEMON_BASE_PROCESS_H
 
-#include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -19,16 +18,6 @@ const char *version_build_id(void);
 
 /// Date of the commit, "2026-01-31"; outside of a repository the day of the build.
 const char *version_build_date(void);
-
-/// Stack of a thread: the default depends on the limit of the main program's stack, or is 128 KiB
-/// with some C libraries. A system without a memory management unit takes all of it at once. At
-/// most 52 KiB are used, 19 KiB by a thread of `workers` (x86-64, painted while the console's tests
-/// ran). Thread-local variables are part of it: there are few, and none is a buffer.
-enum { THREAD_STACK_BYTES = 192 * 1024 };
-
-/// As pthread_create with that stack; the caller joins it. False: out of memory, or too many
-/// threads.
-bool thread_start(pthread_t *thread, void *(*run)(void *self), void *self);
 
 /// From here on SIGINT, SIGTERM and SIGHUP are recorded instead of ending the process; a second
 /// signal of the same kind ends it at once, with a line about leftovers. A signal that is already

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "core/invariant.h"
-#include "daemon/base/process.h"
+#include "daemon/base/thread.h"
 
 enum { SPINS_BEFORE_SLEEP = 4000 };  // takes about 20..50 us, which is longer than most gaps
 

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
-#include "daemon/base/process.h"
+#include "daemon/base/thread.h"
 #include "daemon/server/daemon.h"
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_REPORTED_US = 500000 };

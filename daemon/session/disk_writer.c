@@ -3,7 +3,7 @@
 
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
-#include "daemon/base/process.h"
+#include "daemon/base/thread.h"
 
 enum { LOOK_US = 50000 };
 
