@@ -274,7 +274,7 @@ static enum measure_outcome take_merged(struct measure *self, const struct measu
     if (event->error == ERROR_OK) {
         self->result.pair = event->pair.number;
     } else {
-        measure_lose(self, MEASURE_LOSS_DARK_PARTS);
+        measure_lose(self, MEASURE_LOSS_ONE_EXPOSURE);
     }
     return MEASURE_DONE;
 }
@@ -291,13 +291,18 @@ static enum measure_outcome take_other_pair(struct measure *self,
     return outcome == MEASURE_FAILED ? MEASURE_DONE : outcome;
 }
 
+static bool has_lost(const struct measure_result *result, enum measure_loss loss) {
+    return (result->losses >> loss & 1) != 0;
+}
+
 static enum measure_advice advice_for(const struct measure *self) {
     const struct measure_result *result = &self->result;
-    const uint32_t dark = UINT32_C(1) << MEASURE_LOSS_DARK | UINT32_C(1) << MEASURE_LOSS_DARK_PARTS;
-    if ((result->losses & UINT32_C(1) << MEASURE_LOSS_MISFIT) != 0) {
+    const bool dark_parts =
+        self->dark_part > MEASURE_DARK_PART_MIN && has_lost(result, MEASURE_LOSS_ONE_EXPOSURE);
+    if (has_lost(result, MEASURE_LOSS_MISFIT)) {
         return MEASURE_ADVICE_CALIBRATE;
     }
-    if ((result->losses & dark) != 0) {
+    if (dark_parts || has_lost(result, MEASURE_LOSS_DARK)) {
         return MEASURE_ADVICE_LIGHT;
     }
     if (result->sigma_mm > MEASURE_FAR_PART * result->depth_mm) {

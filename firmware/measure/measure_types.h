@@ -109,7 +109,7 @@ struct measure_reason {
     X(FOCUS_CALIBRATED, "no focus was found: the lenses are where the calibration has it") \
     X(NOT_EXPOSED, "the light could not be set: exposure and gain are as they were")       \
     X(DARK, "it is too dark")                                                              \
-    X(DARK_PARTS, "it was taken with one exposure only")                                   \
+    X(ONE_EXPOSURE, "it was taken with one exposure only")                                 \
     X(MISFIT, "the cameras are not where the calibration has them")                        \
     X(ONE_ZOOM, "without a second zoom all depths share a larger error")                   \
     X(STOPPED, "the instrument stopped after the pair")

@@ -232,6 +232,17 @@ TEST_CASE("dark parts are taken with several exposures, a dark scene says so") {
     run(encoded, wish(MEASURE_WISH_FIT, 300), without_bridge);
     CHECK(encoded.last(MEASURE_MERGED).bracket == 0);
     CHECK(encoded.last(MEASURE_MERGED).average >= 2);
+    // Light helps dark parts whose further exposures failed, and not a bright subject that moved.
+    for (const double part : {0.2, 0.0}) {
+        World failing(4);
+        failing.dark_part = part;
+        failing.meddle = [](const measure_step &step, measure_event &event) {
+            event.error = step.phase == MEASURE_MERGED ? ERROR_MOVED : event.error;
+        };
+        const measure_result single = run(failing, wish(MEASURE_WISH_FIT, 300), whole_rig());
+        CHECK(lost(single, MEASURE_LOSS_ONE_EXPOSURE));
+        CHECK((single.advice == MEASURE_ADVICE_LIGHT) == (part > 0));
+    }
     World dark(5);
     dark.light = 0.01;
     const measure_result result = run(dark, wish(MEASURE_WISH_FIT, 300), whole_rig());
