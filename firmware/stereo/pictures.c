@@ -38,9 +38,10 @@ static int strip_rows_of(const struct rectify_plan *plan, const struct calibrati
 }
 
 size_t pictures_need_bytes(const struct rectify_plan *plan, const struct calibration *calibration,
-                           int bits, int threads) {
+                           int bits, int threads, int ring_rows, size_t *ahead_bytes) {
     const size_t width = (size_t)plan->width_px;
     size_t bytes = arena_need_bytes((size_t)threads * 2 * width, sizeof(int32_t));
+    *ahead_bytes = 2 * arena_need_bytes(width * (size_t)ring_rows, 1);
     for (int i = 0; i < 2; i++) {
         const enum rectify_side side = i == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT;
         const struct lens *lens = i == 0 ? &calibration->left : &calibration->right;
@@ -50,6 +51,7 @@ size_t pictures_need_bytes(const struct rectify_plan *plan, const struct calibra
                  arena_need_bytes((size_t)plan->height_px, sizeof(struct rectify_extent)) +
                  develop_need_bytes(lens->width_px, bits, threads) + arena_need_bytes(pixels, 1) +
                  arena_need_bytes(pixels, 3);
+        *ahead_bytes += arena_need_bytes(pixels, 1);
     }
     return bytes;
 }
@@ -129,18 +131,6 @@ int pictures_begin(struct pictures *pictures, const struct rectify_plan *plan,
         }
     }
     return error;
-}
-
-size_t pictures_ahead_need_bytes(const struct rectify_plan *plan,
-                                 const struct calibration *calibration, int ring_rows) {
-    size_t bytes = 2 * arena_need_bytes((size_t)plan->width_px * (size_t)ring_rows, 1);
-    for (int i = 0; i < 2; i++) {
-        const enum rectify_side side = i == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT;
-        const struct lens *lens = i == 0 ? &calibration->left : &calibration->right;
-        const int rows = strip_rows_of(plan, calibration, side, lens->height_px);
-        bytes += arena_need_bytes((size_t)lens->width_px * (size_t)rows, 1);
-    }
-    return bytes;
 }
 
 int pictures_begin_ahead(const struct pictures *pictures, int ring_rows, struct arena *arena,

@@ -47,19 +47,16 @@ struct pictures {
     uint64_t develop_us, rectify_us;  // time spent
 };
 
-/// Memory that `pictures_begin` takes for raw images of so many bits a pixel.
+/// Memory that `pictures_begin` takes for raw images of so many bits a pixel. `*ahead_bytes`: what
+/// `pictures_begin_ahead` takes.
 size_t pictures_need_bytes(const struct rectify_plan *plan, const struct calibration *calibration,
-                           int bits, int threads);
+                           int bits, int threads, int ring_rows, size_t *ahead_bytes);
 
 /// Prepares to make the rows of a pair, of which none is there. The caller has set both sides' raw
 /// image, pictures and memory for the spans, and `parallel` and the clock; all must live as long as
 /// rows are asked for. ERROR_MEMORY, and the errors of the tables and of development.
 int pictures_begin(struct pictures *pictures, const struct rectify_plan *plan,
                    const struct calibration *calibration, struct arena *arena);
-
-/// Memory that `pictures_begin_ahead` takes.
-size_t pictures_ahead_need_bytes(const struct rectify_plan *plan,
-                                 const struct calibration *calibration, int ring_rows);
 
 /// Prepares to make the rows of the same pair at a second place, in grey, into rings of `ring_rows`
 /// rows, while `pictures` lives; not both at the same time. ERROR_MEMORY.

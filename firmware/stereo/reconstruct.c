@@ -218,7 +218,9 @@ struct reconstruct_need reconstruct_needs(const struct raw_image *left,
     const struct match_need match = match_needs_of(plan, options, threads);
     const int rows = has_rings(options) ? match.rows_kept : height;
     const int bits = left->bits > right->bits ? left->bits : right->bits;
-    const size_t making = pictures_need_bytes(plan, calibration, bits, threads);
+    size_t ahead = 0;
+    const size_t making =
+        pictures_need_bytes(plan, calibration, bits, threads, match.rows_ahead, &ahead);
     size_t images =
         arena_need_bytes(1, sizeof(struct pictures)) + (has_rings(options) ? making : 0);
     for (int side = 0; side < 2; side++) {
@@ -235,10 +237,7 @@ struct reconstruct_need reconstruct_needs(const struct raw_image *left,
                    match_repeats_need_bytes(width, threads);
     after = larger(after, options->fill ? fill_need_bytes(width, height) : 0);
     after = sigma + larger(after, surface);
-    const size_t before =
-        has_rings(options)
-            ? match.bytes + pictures_ahead_need_bytes(plan, calibration, match.rows_ahead)
-            : larger(making, match.bytes);
+    const size_t before = has_rings(options) ? match.bytes + ahead : larger(making, match.bytes);
     const size_t maps = maps_need_bytes(plan);
     return (struct reconstruct_need){.bytes = maps + images + larger(before, after),
                                      .result_bytes = maps + images + sigma + surface,

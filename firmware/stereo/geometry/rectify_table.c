@@ -75,10 +75,14 @@ static int compute_node(const struct source *source, int x, int y, int32_t *x_q1
     return ERROR_OK;
 }
 
-static bool is_in_view(const struct source *source, int x, int y) {
-    double ideal[2];
+static bool find_in_view(const struct source *source, int x, int y, double ideal[2]) {
     return find_ideal(source, x, y, ideal) &&
            sqrt(ideal[0] * ideal[0] + ideal[1] * ideal[1]) <= source->view_radius;
+}
+
+static bool is_in_view(const struct source *source, int x, int y) {
+    double ideal[2];
+    return find_in_view(source, x, y, ideal);
 }
 
 // The view is a circular cone, so each row crosses it in one run.
@@ -155,22 +159,26 @@ static struct source source_of(const struct rectify_plan *plan,
     };
 }
 
-// Widens [lowest, highest] to the raw rows of row y.
-static void widen(const struct source *source, int width_px, int y, double *lowest,
-                  double *highest) {
+struct extent {
+    double lowest, highest;
+};
+
+// The raw rows of row y; none: lowest > highest.
+static struct extent row_extent(const struct source *source, int width_px, int y) {
+    struct extent extent = {INFINITY, -INFINITY};
     for (int x = 0; x < width_px + EXTENT_STEP_PX; x += EXTENT_STEP_PX) {
         double ideal[2], distorted[2];
-        const int column = x < width_px ? x : width_px - 1;
-        if (!is_in_view(source, column, y) || !find_ideal(source, column, y, ideal)) {
+        if (!find_in_view(source, x < width_px ? x : width_px - 1, y, ideal)) {
             continue;
         }
         lens_distort(source->lens, ideal, distorted);
         const double row = source->lens->fy_px * distorted[1] + source->lens->cy_px;
         const double last = source->lens->height_px - 1;
         const double inside = row < 0 ? 0 : row > last ? last : row;
-        *lowest = inside < *lowest ? inside : *lowest;
-        *highest = inside > *highest ? inside : *highest;
+        extent.lowest = inside < extent.lowest ? inside : extent.lowest;
+        extent.highest = inside > extent.highest ? inside : extent.highest;
     }
+    return extent;
 }
 
 int rectify_rows_needed(const struct rectify_plan *plan, const struct calibration *calibration,
@@ -179,14 +187,16 @@ int rectify_rows_needed(const struct rectify_plan *plan, const struct calibratio
         return rows;
     }
     const struct source source = source_of(plan, calibration, side);
+    struct extent first = row_extent(&source, plan->width_px, 0);
     int most = 0;
     for (int y = 0; y < plan->height_px; y += rows) {
-        const int last = y + rows < plan->height_px ? y + rows : plan->height_px - 1;
-        double lowest = INFINITY, highest = -INFINITY;
-        widen(&source, plan->width_px, y, &lowest, &highest);
-        widen(&source, plan->width_px, last, &lowest, &highest);
+        const int end = y + rows < plan->height_px ? y + rows : plan->height_px - 1;
+        const struct extent last = row_extent(&source, plan->width_px, end);
+        const double lowest = first.lowest < last.lowest ? first.lowest : last.lowest;
+        const double highest = first.highest > last.highest ? first.highest : last.highest;
         const int needed = lowest <= highest ? (int)(highest - lowest) + 3 : 0;
         most = needed > most ? needed : most;
+        first = last;
     }
     return most;
 }
