@@ -16,7 +16,7 @@
 #include "surface/compact_writer.h"
 
 enum { NEAR, FAR, DISPARITY, SCALE, PRESET, ACCEPT, ARGUMENTS };
-enum { NAME_BYTES = 32, SCALE_STEPS = 20 };
+enum { NAME_BYTES = 32, SCALE_STEPS = 20, HEAD_BYTES = 16384 };
 
 static const double us_per_s = 1e6, bytes_per_mb = 1e6, percent = 100;
 
@@ -145,27 +145,56 @@ static int choose_options(void) {
     return fault == NULL ? ERROR_OK : refuse(ERROR_ARGUMENT, fault);
 }
 
-/// What the work takes, without its file.
-static size_t need_bytes(const struct pair_frame frame[RIG_SIDES],
-                         const struct rectify_plan *plan) {
-    const struct reconstruct_need need =
-        reconstruct_needs(&frame[RIG_LEFT].image, &frame[RIG_RIGHT].image, &self.calibration, plan,
-                          &self.record.options, parallel_serial.threads);
-    return need.bytes;
+static size_t packed_bytes(int width) {
+    return compact_band_pixels(width) + COMPACT_STORED_MORE_BYTES;
 }
 
-/// What would fit: memory grows with the number of pixels at most.
-static int refuse_size(size_t need, size_t there) {
+/// What the work takes, or its result with the file, whichever is more.
+static size_t need_bytes(const struct pair *pair, const struct rectify_plan *plan) {
+    const struct reconstruct_need need =
+        reconstruct_needs(&pair->frame[RIG_LEFT].image, &pair->frame[RIG_RIGHT].image,
+                          &self.calibration, plan, &self.record.options, parallel_serial.threads);
+    const int width = plan->width_px;
+    const size_t file =
+        arena_need_bytes(compact_band_bytes(width) + packed_bytes(width), 1) +
+        arena_need_bytes(HEAD_BYTES + compact_stored_rows_bytes(width, plan->height_px), 1);
+    return need.bytes > need.result_bytes + file ? need.bytes : need.result_bytes + file;
+}
+
+/// The largest scale that fits, in steps of 1/SCALE_STEPS; 0: none.
+static double fitting_scale(const struct pair *pair, size_t need, size_t there) {
+    // Memory grows with the number of pixels at most.
+    const double most = self.record.options.rectify.scale * sqrt((double)there / (double)need);
+    struct rectify_options options = self.record.options.rectify;
+    for (int step = (int)(most * SCALE_STEPS); step > 0 && !should_stop(); step--) {
+        struct rectify_plan plan;
+        options.scale = (double)step / SCALE_STEPS;
+        if (rectify_plan_make(&self.calibration, &options, &plan) == ERROR_OK &&
+            need_bytes(pair, &plan) <= there) {
+            return options.scale;
+        }
+    }
+    return 0;
+}
+
+static int refuse_size(const struct pair *pair, size_t need, size_t there) {
+    const double scale = fitting_scale(pair, need, there);
+    if (should_stop()) {
+        return ERROR_CANCELLED;
+    }
     struct command_text sentence = command_text_begin(self.call->message, self.call->message_bytes);
-    const double scale = self.record.options.rectify.scale;
-    const double part = sqrt((double)there / (double)need);
     command_text_add(&sentence, "reconstruct: ");
     command_text_add_number(&sentence, (double)need / bytes_per_mb, 1);
     command_text_add(&sentence, " MB are required, ");
     command_text_add_number(&sentence, (double)there / bytes_per_mb, 1);
-    command_text_add(&sentence, " MB are there (scale=");
-    command_text_add_number(&sentence, floor(part * scale * SCALE_STEPS) / SCALE_STEPS, 2);
-    command_text_add(&sentence, " fits)");
+    command_text_add(&sentence, " MB are there (");
+    if (scale > 0) {
+        command_text_add(&sentence, "scale=");
+        command_text_add_number(&sentence, scale, 2);
+        command_text_add(&sentence, " fits)");
+    } else {
+        command_text_add(&sentence, "no scale fits: capture a smaller window, or a single pair)");
+    }
     return ERROR_MEMORY;
 }
 
@@ -174,9 +203,9 @@ static int make_plan(const struct pair *pair, struct rectify_plan *plan) {
     if (error != ERROR_OK) {
         return refuse(error, error_text(error));
     }
-    const size_t need = need_bytes(pair->frame, plan),
+    const size_t need = need_bytes(pair, plan),
                  there = self.arena->size_bytes - self.arena->used_bytes;
-    return need <= there ? ERROR_OK : refuse_size(need, there);
+    return need <= there ? ERROR_OK : refuse_size(pair, need, there);
 }
 
 // ---- the work
@@ -208,16 +237,15 @@ static int compute(const struct pair *pair, const struct rectify_plan *plan) {
 
 static void append(void *cookie, const void *bytes, size_t length) {
     (void)cookie;
-    if (length <= self.capacity - self.bytes) {
-        memcpy(self.file + self.bytes, bytes, length);
-    }
-    self.bytes = length <= self.capacity - self.bytes ? self.bytes + length : self.capacity;
+    INVARIANT(length <= self.capacity - self.bytes);  // need_bytes
+    memcpy(self.file + self.bytes, bytes, length);
+    self.bytes += length;
 }
 
 static bool end_band(void *cookie, int rows) {
     (void)cookie;
     show_progress(NULL, RECONSTRUCT_MESH, rows, self.record.result.plan.height_px);
-    return self.bytes < self.capacity && !should_stop();
+    return !should_stop();
 }
 
 static void describe(const struct pair *pair, uint64_t total_us) {
@@ -248,11 +276,8 @@ static void read_file(const void *source, size_t offset, void *to, size_t bytes)
 static int write_file(void) {
     static const struct compact_output output = {compact_stored, append, end_band, NULL};
     const int width = self.record.result.plan.width_px;
-    const size_t packed_bytes = compact_band_pixels(width) + COMPACT_STORED_MORE_BYTES;
-    uint8_t *band = arena_take(self.arena, compact_band_bytes(width) + packed_bytes, 1);
-    if (band == NULL) {
-        return refuse(ERROR_MEMORY, "no memory for its file (use a smaller scale)");
-    }
+    uint8_t *band = arena_take(self.arena, compact_band_bytes(width) + packed_bytes(width), 1);
+    INVARIANT(band != NULL);  // need_bytes
     self.bytes = 0;
     self.capacity = self.arena->size_bytes - self.arena->used_bytes;
     self.file = self.arena->base + self.arena->used_bytes;
@@ -263,9 +288,6 @@ static int write_file(void) {
         return refuse(error, error_text(error));
     }
     compact_writer_rows(&self.writer, &self.record.result, band, band + compact_band_bytes(width));
-    if (self.bytes == self.capacity) {
-        return refuse(ERROR_MEMORY, "no memory for its file (use a smaller scale)");
-    }
     memory_files_put(MEMORY_FILE_SURFACE, self.name, "surface.compact", read_file, self.file,
                      self.bytes);
     return should_stop() ? ERROR_CANCELLED : ERROR_OK;

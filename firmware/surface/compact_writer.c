@@ -237,3 +237,15 @@ size_t compact_stored(void *self, uint8_t *bytes, size_t length, uint8_t *packed
     }
     return (size_t)(at - packed);
 }
+
+size_t compact_stored_rows_bytes(int width, int height) {
+    const size_t band_rows = compact_band_pixels(width) / (size_t)width;
+    const size_t bands = ((size_t)height + band_rows - 1) / band_rows;
+    size_t chunks = 1;  // of a byte of every pixel: its reason, then its values
+    for (int i = 0; i < COMPACT_CHANNELS; i++) {
+        chunks += (size_t)compact_forms[i].bytes;
+    }
+    return chunks * (bands * (sizeof(uint32_t) + COMPACT_STORED_MORE_BYTES) +
+                     (size_t)width * (size_t)height) +
+           COMPACT_CRC_BYTES;
+}

@@ -45,6 +45,8 @@ void compact_writer_rows(struct compact_writer *self, const struct reconstruct_r
 /// A `pack` for processors without zlib: the bytes as they are.
 enum { COMPACT_STORED_MORE_BYTES = 11 };
 size_t compact_stored(void *self, uint8_t *bytes, size_t length, uint8_t *packed);
+/// At most so many bytes come after the head with it.
+size_t compact_stored_rows_bytes(int width, int height);
 
 #ifdef __cplusplus
 }

@@ -73,6 +73,23 @@ class Rig(unittest.TestCase):
                 wait_until(lambda: "pan_driven: true" not in self.control("status"), "the servos are let go")
                 self.control(f"fault {end}")
 
+    def test_a_surface_that_does_not_fit_is_refused_before_it_is_computed(self):
+        board = Board(("--scene", "cylinder", "--rig", "perfect"))
+        self.addCleanup(board.close)
+        board.wait_prompt()
+        for line in ("bringup", "window 440 330", "pan 3.97 right=-3.97", "capture"):
+            self.assertIn("\nOK\n", board.type(line))
+        self.assertEqual(board.client("send", "tests/bf537/perfect.zoom", cwd=bf537_board.ROOT).returncode, 0)
+        self.assertIn("\nOK\n", board.type("calibration set perfect.zoom"))
+        # The work alone would fit, but not its result with the file.
+        refused = re.search(r"ERR MEMORY reconstruct: ([\d.]+) MB are required, ([\d.]+) MB are there "
+                            r"\(scale=([\d.]+) fits\)", board.type("reconstruct scale=4 disparity=0:64"))
+        self.assertTrue(refused)
+        required, there, scale = map(float, refused.groups())
+        self.assertGreater(required, there)
+        # Memory grows with the number of pixels.
+        self.assertAlmostEqual(scale, 4 * (there / required) ** 0.5, delta=0.11)
+
 
 if __name__ == "__main__":
     unittest.main()
