@@ -8,6 +8,7 @@
 #include "bf537/console.h"
 #include "bf537/fault.h"
 #include "bf537/flags.h"
+#include "bf537/flash.h"
 #include "bf537/mmr.h"
 #include "bf537/ppi.h"
 #include "bf537/serial.h"
@@ -15,6 +16,7 @@
 #include "bf537/watchdog.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "memory/calibration.h"
 #include "memory/pair.h"
 #include "rig/base/profile.h"
 #include "rig/rig.h"
@@ -86,6 +88,7 @@ _Noreturn void bf537_main(void) {
     rig_init(&rig, &profile, &ports, &observer);
     uint8_t *const rest = _bf537_pool_begin + FRAMES_BYTES;
     memory_pair_begin(rest, (size_t)(_bf537_pool_end - rest));
+    memory_calibration_begin(bf537_flash_open(&observer));  // a second, without the watchdog
     bf537_watchdog_start();
     bf537_console_begin(&console, &console_serial, &rig, bf537_commands());
     for (;;) {

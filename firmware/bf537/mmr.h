@@ -53,6 +53,10 @@ enum { UART_GCTL_UCEN = 1 };
 #define PORTF_FER MMR16(0xFFC03200)
 #define PORTG_FER MMR16(0xFFC03204)
 
+// Asynchronous memory
+#define EBIU_AMGCTL MMR16(0xFFC00A00)
+enum { AMGCTL_ALL_BANKS = 0x000E };
+
 // Two-wire interface
 #define TWI_CLKDIV MMR16(0xFFC01400)
 #define TWI_CONTROL MMR16(0xFFC01404)

@@ -15,10 +15,13 @@ enum { WHAT, FILE_NAME, ARGUMENTS };
 
 enum kind { NONE, ONE_STATE, ALL_ZOOMS };
 
+static const char record_name[] = "calibration";
+
 static struct {
     enum kind kind;
     struct calibration one;
     struct zoom_calibration zoom;
+    const struct hal_store *store;
 } kept;
 
 const struct zoom_calibration *memory_calibration_zoom(void) {
@@ -60,8 +63,8 @@ static int set_one(const char *name, const char *text, size_t bytes, struct mess
     return error;
 }
 
-static int set_zoom(const char *name, const char *text, size_t bytes, struct message *message) {
-    struct arena *arena = memory_pair_arena();
+static int set_zoom(const char *name, const char *text, size_t bytes, struct arena *arena,
+                    struct message *message) {
     struct zoom_calibration *zoom = arena_take(arena, 1, sizeof *zoom);
     double *matrix = arena_take(arena, 1, CALIBRATION_AT_MATRIX_BYTES);
     if (zoom == NULL || matrix == NULL) {
@@ -76,6 +79,25 @@ static int set_zoom(const char *name, const char *text, size_t bytes, struct mes
     return error;
 }
 
+static int set_text(const char *name, const char *text, size_t bytes, struct arena *arena,
+                    struct message *message) {
+    return zoom_calibration_is_text(text, bytes) ? set_zoom(name, text, bytes, arena, message)
+                                                 : set_one(name, text, bytes, message);
+}
+
+void memory_calibration_begin(const struct hal_store *store) {
+    struct arena *arena = memory_pair_arena();
+    char *text = arena_take(arena, ZOOM_TEXT_MAX_BYTES, 1);
+    struct message message;
+    size_t bytes = 0;
+    kept.store = store;
+    if (text != NULL && store->operations->load(store->self, record_name, text, ZOOM_TEXT_MAX_BYTES,
+                                                &bytes) == ERROR_OK) {
+        // One that an earlier version wrote may be refused: then none is in force.
+        (void)set_text(record_name, text, bytes, arena, &message);
+    }
+}
+
 static int set(const struct command_call *call) {
     struct message message;
     size_t bytes = 0;
@@ -83,11 +105,16 @@ static int set(const struct command_call *call) {
     const char *text = memory_files_sent(name, &bytes);
     const int error = text == NULL ? command_text_message(&message, ERROR_MISSING,
                                                           "%s: not here (\"send\" it first)", name)
-                      : zoom_calibration_is_text(text, bytes)
-                          ? set_zoom(name, text, bytes, &message)
-                          : set_one(name, text, bytes, &message);
+                                   : set_text(name, text, bytes, memory_pair_arena(), &message);
     if (error != ERROR_OK) {
         return command_refuse(call, error, "%s", message.text);
+    }
+    const int kept_error = kept.store->operations->save(kept.store->self, record_name, text, bytes);
+    if (kept_error != ERROR_OK) {
+        return command_refuse(call, kept_error,
+                              "calibration: in force until a restart, which it does not survive: "
+                              "%s",
+                              error_text(kept_error));
     }
     show(call);
     return ERROR_OK;
@@ -108,10 +135,11 @@ static int run_calibration(const struct command_call *call) {
     }
     if (what == SHOW) {
         show(call);
-    } else {
-        kept.kind = NONE;
+        return ERROR_OK;
     }
-    return ERROR_OK;
+    kept.kind = NONE;
+    const int error = kept.store->operations->remove(kept.store->self, record_name);
+    return error == ERROR_MISSING ? ERROR_OK : error;
 }
 
 const struct command *memory_calibration_table(size_t *count) {
@@ -132,7 +160,7 @@ const struct command *memory_calibration_table(size_t *count) {
         {.name = "calibration",
          .summary = "show, set or forget the calibration in force",
          .help = "It is that of all zooms, or of one state of the axes, of the whole sensor or of "
-                 "the window. It is lost when the board restarts.",
+                 "the window, and survives a restart.",
          .arguments = arguments,
          .argument_count = ARGUMENTS,
          .flags = COMMAND_NO_RIG | COMMAND_GROUP_MEASURE,

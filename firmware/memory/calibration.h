@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The command `calibration`: the one in force, which a client has sent. It is in memory.
+/// The command `calibration`: the one in force, which a client has sent. A store keeps its text.
 #ifndef VERGENCE_MEMORY_CALIBRATION_H
 #define VERGENCE_MEMORY_CALIBRATION_H
 
@@ -7,7 +7,12 @@
 
 #include "console/command.h"
 #include "console/pair/calibration_match.h"
+#include "hal/store.h"
 #include "stereo/zoom/zoom_calibration.h"
+
+/// Puts the calibration that the store keeps in force, and keeps later ones there. After
+/// memory_pair_begin; the store must live on.
+void memory_calibration_begin(const struct hal_store *store);
 
 /// The calibration of all zooms in force; NULL: there is none.
 const struct zoom_calibration *memory_calibration_zoom(void);

@@ -32,10 +32,12 @@ def require_tool_chain():
 class Board:
     """The simulated processor, with a rig or with nothing connected."""
 
-    def __init__(self, rig=None, image=None):
+    def __init__(self, rig=None, image=None, flash=None, cut=None):
+        """`flash`: the file that keeps it; `cut`: the number of the programming in which its power fails."""
         self.rig = None
         self.folder = tempfile.TemporaryDirectory()
-        environment = {**os.environ}
+        environment = {**os.environ, **({"VERGENCE_FLASH": str(flash)} if flash else {}),
+                       **({"VERGENCE_FLASH_CUT": str(cut)} if cut else {})}
         if rig is not None:
             address = pathlib.Path(self.folder.name, "rig.sock")
             self.address = f"unix:{address}"

@@ -2,11 +2,13 @@
 """What ends the firmware is reported with its reason, registers and calls, which name where it was."""
 import pathlib
 import re
+import tempfile
 import unittest
+import zlib
 
 import bf537_board
 from bf537_board import Board, output_of
-from waiting import wait_until
+from waiting import TIMEOUT_S, wait_until
 
 setUpModule = bf537_board.require_tool_chain
 # By the key that tests/bf537/faults.c takes: reason, and the function that was running.
@@ -42,6 +44,60 @@ class Fault(unittest.TestCase):
                     self.assertIn(function, named)
                     # What called it.
                     self.assertIn("bf537_main", named)
+
+
+class Flash(unittest.TestCase):
+    """The calibration survives a restart, and a power failure while it is replaced leaves the old or the new."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        text = (bf537_board.ROOT / "tests/bf537/perfect.zoom").read_bytes().rpartition(b"crc32 ")[0]
+        for name in "abc":
+            named = text.replace(b"id perfect", b"id " + name.encode(), 1)
+            (self.folder / f"{name}.zoom").write_bytes(named + b"crc32 %08x\n" % zlib.crc32(named))
+
+    def board(self, cut=None):
+        board = Board(flash=self.folder / "flash", cut=cut)
+        self.addCleanup(board.process.kill)
+        board.wait_prompt()
+        return board
+
+    def kept(self):
+        board = self.board()
+        found = re.search(r"\nid: (\w)\n|ERR MISSING", board.type("calibration"))
+        board.process.kill()
+        return found[1]
+
+    def send(self, name, cut=None):
+        """Sets a calibration; with `cut` the power fails before the end."""
+        board = self.board(cut)
+        self.assertEqual(board.client("send", self.folder / f"{name}.zoom").returncode, 0)
+        if cut is None:
+            self.assertIn("\nOK\n", board.type(f"calibration set {name}.zoom"))
+            board.process.kill()
+        else:
+            board.write(f"calibration set {name}.zoom\r".encode())
+            board.process.wait(TIMEOUT_S)
+
+    def test_the_calibration_survives_restarts_and_power_failures(self):
+        self.assertIsNone(self.kept())
+        self.send("a")
+        self.assertEqual(self.kept(), "a")
+        # In the erasure, in the text, and in the head, which is of 30 words and comes last.
+        words = 1 + ((self.folder / "b.zoom").stat().st_size + 1) // 2
+        for cut in (1, 2, words // 2, words + 1, words + 20):
+            self.send("b", cut)
+            self.assertEqual(self.kept(), "a", cut)
+        self.send("b")
+        self.assertEqual(self.kept(), "b")
+        self.send("c", 2)
+        self.assertEqual(self.kept(), "b")
+        board = self.board()
+        self.assertIn("\nOK\n", board.type("calibration forget"))
+        board.process.kill()
+        self.assertIsNone(self.kept())
 
 
 class Rig(unittest.TestCase):
