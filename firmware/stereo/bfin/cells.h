@@ -12,14 +12,26 @@
 enum {
     CELLS_MAX = 1024,    // lanes
     CELLS_BIT_COST = 4,  // of a bit of the census
-    CELLS_KEYED = 64,    // lanes whose number fits below a sum of path costs in 15 bits
 };
 
-/// The two shares of a blend as fractions of 16 bits, the first one in the lower half. They are a
-/// little larger, so that no blend is half way between two values: the processor rounds these to
-/// even ones.
-static inline uint32_t cells_shares(uint16_t pair) {
-    return ((uint32_t)(pair & 0xff00) << 17 | (uint32_t)(pair & 0xff) << 9) + 0x00010001;
+/// The share of the first of two values in a blend, in 1/128, as a fraction of 16 bits.
+static inline uint16_t cells_share(uint32_t share) {
+    return (uint16_t)(share << 9);
+}
+
+/// That of the second one.
+static inline uint16_t cells_share_swapped(uint16_t share) {
+    return (uint16_t)-share;
+}
+
+/// Both shares, the first one in the lower half. They are a little larger, so that no blend is half
+/// way between two values: the processor rounds these to even ones.
+static inline uint32_t cells_shares(uint16_t share) {
+    uint32_t shares;
+    __asm__("%0 = PACK(%1.L, %1.L);\n %0 = %2 -|+ %0;"
+            : "=&d"(shares)
+            : "d"(share), "d"(0x00010001));
+    return shares;
 }
 
 /// A value in both halves.
@@ -71,8 +83,8 @@ static inline uint32_t cells_pair(uint32_t value) {
 /// to = blend(lean(from), own): each cell of `from` may be replaced by a neighbour plus `price`.
 /// `to` may be one of the others.
 static inline void cells_blend(const uint8_t *from, const uint8_t *own, uint8_t *to, uint32_t price,
-                               uint16_t pair, int lanes) {
-    uint32_t prices = cells_pair(price), shares = cells_shares(pair);
+                               uint16_t share, int lanes) {
+    uint32_t prices = cells_pair(price), shares = cells_shares(share);
     __asm__ volatile(CELLS_PREPARE                                        //
                      "1:\n" CELLS_LEAN(CELLS_NEXT, "|| R0 = [%[own]++]")  //
                      CELLS_BLEND("|| R0 = [%[from]++]")                   //
@@ -125,10 +137,10 @@ static inline const uint8_t *cells_sheared(const uint8_t *from, int rise, uint8_
 
 /// joined = blend(joined, lean(average)), then average = blend(lean(average), own).
 static inline void cells_join(uint8_t *average, const uint8_t *own, uint8_t *joined, uint32_t price,
-                              uint16_t join, uint16_t pair, int lanes) {
+                              uint16_t join, uint16_t share, int lanes) {
     const uint8_t *from = average;
     uint32_t prices = cells_pair(price), join_shares = cells_shares(join);
-    uint32_t shares = cells_shares(pair);
+    uint32_t shares = cells_shares(share);
     __asm__ volatile(
         CELLS_PREPARE                                         //
         "1:\n" CELLS_LEAN(CELLS_NEXT, "|| R0 = [%[joined]]")  //
@@ -143,23 +155,21 @@ static inline void cells_join(uint8_t *average, const uint8_t *own, uint8_t *joi
         : "R0", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
 }
 
-#define CELLS_PATH(more)            \
-    "(R5, R0) = BYTEUNPACK R1:0;\n" \
-    "R2 = MIN(R2, R7) (V);\n"       \
-    "R3 = MIN(R3, R7) (V);\n"       \
-    "R2 = R2 +|+ R0;\n"             \
-    "R3 = R3 +|+ R5;\n"             \
-    "R1 = MIN(R1, R2) (V)" more     \
-    ";\n"                           \
-    "R1 = MIN(R1, R3) (V);\n"       \
-    "R5 = BYTEPACK(R2, R3);\n"
+#define CELLS_PATH(more)                  \
+    "R2 = MIN(R2, R7) (V);\n"             \
+    "R3 = MIN(R3, R7) (V);\n"             \
+    "R2 = BYTEPACK(R2, R3);\n"            \
+    "(R5, R0) = BYTEOP16P(R3:2, R1:0);\n" \
+    "R1 = MIN(R1, R0) (V);\n"             \
+    "R1 = MIN(R1, R5) (V);\n"             \
+    "R5 = BYTEPACK(R0, R5)" more ";\n"
 
 /// to = cost + min(from, its neighbours + p1, p2): a path cost before its lowest one, which is
 /// returned, is subtracted. `to` may be `from`.
 static inline uint32_t cells_path(const uint8_t *from, const uint8_t *cost, uint8_t *to,
                                   uint32_t p1, uint32_t p2, int lanes) {
     uint32_t small = cells_pair(p1), large = cells_pair(p2), lowest = cells_pair(INT16_MAX);
-    __asm__ volatile(CELLS_PREPARE                                         //
+    __asm__ volatile("I1 = %[none];\n" CELLS_PREPARE                       //
                      "1:\n" CELLS_LEAN(CELLS_NEXT, "|| R0 = [%[cost]++]")  //
                      CELLS_PATH("|| R0 = [%[from]++]")                     //
                      CELLS_TURN                                            //
@@ -168,8 +178,8 @@ static inline uint32_t cells_path(const uint8_t *from, const uint8_t *cost, uint
                      CELLS_LAST
                      : [from] "+a"(from), [cost] "+a"(cost), [to] "+a"(to), "+q6"(small),
                        "+q7"(large), "+q1"(lowest)
-                     : [words] "a"(lanes / 4 - 1)
-                     : "R0", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
+                     : [words] "a"(lanes / 4 - 1), [none] "a"(0)
+                     : "R0", "R2", "R3", "R4", "R5", "I1", CELLS_CLOBBERED);
     const uint32_t low = lowest & 0xffff, high = lowest >> 16;
     return low < high ? low : high;
 }
@@ -177,15 +187,22 @@ static inline uint32_t cells_path(const uint8_t *from, const uint8_t *cost, uint
 /// Subtracts the lowest cell from all.
 static inline void cells_lower(uint8_t *cells, uint32_t lowest, int lanes) {
     const uint32_t four = lowest * 0x01010101u;
-    uint32_t word, lowered;
+    uint32_t even, odd, low_even, low_odd;
     __asm__ volatile(
-        "LSETUP (1f, 2f) LC0 = %[words];\n"
-        "1: %[word] = [%[to]];\n"
-        "%[lowered] = %[word] - %[four];\n"
-        "2: [%[to]++] = %[lowered];\n"
-        : [to] "+a"(cells), [word] "=&d"(word), [lowered] "=&d"(lowered)
-        : [four] "d"(four), [words] "a"(lanes / 4)
-        : "LC0", "LT0", "LB0", "CC", "memory");
+        "I0 = %[from];\n"
+        "%[even] = [%[from]++];\n"
+        "%[low_even] = %[even] - %[four] (NS) || %[odd] = [%[from]++];\n"
+        "LSETUP (1f, 2f) LC0 = %[more];\n"
+        "1: %[low_odd] = %[odd] - %[four] (NS) || %[even] = [%[from]++] || [I0++] = "
+        "%[low_even];\n"
+        "2: %[low_even] = %[even] - %[four] (NS) || %[odd] = [%[from]++] || [I0++] = "
+        "%[low_odd];\n"
+        "%[low_odd] = %[odd] - %[four] (NS) || [I0++] = %[low_even];\n"
+        "[I0++] = %[low_odd];\n"
+        : [from] "+a"(cells), [even] "=&d"(even), [odd] "=&d"(odd), [low_even] "=&d"(low_even),
+          [low_odd] "=&d"(low_odd)
+        : [four] "d"(four), [more] "a"(lanes / 8 - 1)
+        : "I0", "LC0", "LT0", "LB0", "CC", "memory");
 }
 
 /// Subtracts the lowest cell from all of a path, and writes sum = min(above, most) + min(path,
@@ -196,9 +213,9 @@ static inline void cells_sum(uint8_t *path, uint32_t lowest, const uint8_t *abov
     __asm__ volatile(
         "R0 = 0;\n I0 = R0;\n"
         "R0 = [%[path]];\n"
+        "R0 = R0 - R1;\n"
         "LSETUP (1f, 2f) LC0 = %[words];\n"
-        "1: R0 = R0 - R1;\n"
-        "(R3, R2) = BYTEUNPACK R1:0 || [%[path]++] = R0;\n"
+        "1: (R3, R2) = BYTEUNPACK R1:0 || [%[path]++] = R0;\n"
         "R2 = MIN(R2, R6) (V) || R0 = [%[above]++];\n"
         "(R5, R4) = BYTEUNPACK R1:0;\n"
         "R3 = MIN(R3, R6) (V);\n"
@@ -207,48 +224,51 @@ static inline void cells_sum(uint8_t *path, uint32_t lowest, const uint8_t *abov
         "R2 = R2 +|+ R4;\n"
         "R3 = R3 +|+ R5 || R0 = [%[path]];\n"
         "R2 = BYTEPACK(R2, R3);\n"
-        "2: [%[sum]++] = R2;\n"
+        "2: R0 = R0 - R1 (NS) || [%[sum]++] = R2;\n"
         : [path] "+a"(path), [above] "+a"(above), [sum] "+a"(sum), "+q1"(four), "+q6"(limit)
         : [words] "a"(lanes / 4)
         : "R0", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
 }
 
 /// Subtracts the lowest cell from all of a path, and writes the sums with the other paths, of 16
-/// bits.
+/// bits; two of them before `total` are overwritten.
 static inline void cells_total(uint8_t *path, uint32_t lowest, const uint8_t *sum, uint16_t *total,
                                int lanes) {
-    uint32_t four = lowest * 0x01010101u;
+    const uint32_t four = lowest * 0x01010101u;
+    uint16_t *to = total - 2;
     __asm__ volatile(
-        "R0 = 0;\n I0 = R0;\n I1 = %[sum];\n"
-        "R0 = [%[path]];\n"
+        "R0 = 0;\n I0 = R0;\n I1 = R0;\n I2 = %[sum];\n I3 = %[path];\n"
+        "R0 = [I3++];\n"
         "LSETUP (1f, 2f) LC0 = %[words];\n"
-        "1: R0 = R0 - R1;\n"
-        "(R3, R2) = BYTEUNPACK R1:0 || [%[path]++] = R0 || R0 = [I1++];\n"
-        "(R5, R4) = BYTEUNPACK R1:0;\n"
-        "R2 = R2 +|+ R4 || R0 = [%[path]];\n"
-        "R3 = R3 +|+ R5 || [%[total]++] = R2;\n"
-        "2: [%[total]++] = R3;\n"
-        : [path] "+a"(path), [total] "+a"(total), "+q1"(four)
-        : [sum] "a"(sum), [words] "a"(lanes / 4)
-        : "R0", "R2", "R3", "R4", "R5", "I1", CELLS_CLOBBERED);
+        "1: R0 = R0 - %[four] (NS) || [%[to]++] = R5 || R2 = [I2++];\n"
+        "(R5, R4) = BYTEOP16P(R3:2, R1:0) || [%[path]++] = R0;\n"
+        "2: MNOP || [%[to]++] = R4 || R0 = [I3++];\n"
+        "[%[to]++] = R5;\n"
+        : [path] "+a"(path), [to] "+a"(to)
+        : [sum] "a"(sum), [words] "a"(lanes / 4), [four] "d"(four)
+        : "R0", "R1", "R2", "R3", "R4", "R5", "I1", "I2", "I3", CELLS_CLOBBERED);
 }
 
-/// The lowest of at most CELLS_KEYED sums times CELLS_KEYED, plus its lane.
-static inline uint32_t cells_lowest(const uint16_t *total, int lanes) {
-    uint32_t lane = 1u << 16, lowest = cells_pair(INT16_MAX), word, key;
+/// The first lane of the lowest sum, if it is below 255, else 0. The processor keeps the lowest of
+/// the even and of the odd lanes, and where the next ones were.
+static inline int cells_lowest(const uint16_t *total, int lanes, uint32_t *lowest) {
+    const uint16_t *at = total;
+    const uint16_t *even_at = total + 2, *odd_at = total + 2;
+    int32_t even = UINT8_MAX, odd = UINT8_MAX;
+    uint32_t word;
     __asm__ volatile(
-        "LSETUP (1f, 2f) LC0 = %[pairs];\n"
-        "%[word] = [%[total]++];\n"
-        "1: %[key] = %[word] << 6 (V) || %[word] = [%[total]++];\n"
-        "%[key] = %[key] +|+ %[lane];\n"
-        "%[lane] = %[lane] +|+ %[two];\n"
-        "2: %[lowest] = MIN(%[lowest], %[key]) (V);\n"
-        : [total] "+a"(total), [word] "=&d"(word), [key] "=&d"(key), [lane] "+d"(lane),
-          [lowest] "+d"(lowest)
-        : [pairs] "a"(lanes / 2), [two] "d"(cells_pair(2))
-        : "LC0", "LT0", "LB0", "CC", "memory");
-    const uint32_t low = lowest & 0xffff, high = lowest >> 16;
-    return low < high ? low : high;
+        "A0 = %[even];\n A1 = %[odd];\n"
+        "%[word] = [%[at]++];\n"
+        "LSETUP (1f, 1f) LC0 = %[pairs];\n"
+        "1: (%[odd_at], %[even_at]) = SEARCH %[word] (LT) || %[word] = [%[at]++];\n"
+        "%[even] = A0.W;\n %[odd] = A1.W;\n"
+        : [at] "+qA"(at), [word] "=&d"(word), [even_at] "+d"(even_at), [odd_at] "+d"(odd_at),
+          [even] "+d"(even), [odd] "+d"(odd)
+        : [pairs] "a"(lanes / 2)
+        : "A0", "A1", "LC0", "LT0", "LB0", "CC", "memory");
+    const int even_lane = (int)(even_at - total) - 2, odd_lane = (int)(odd_at - total) - 1;
+    *lowest = (uint32_t)(odd < even ? odd : even);
+    return odd < even || (odd == even && odd_lane < even_lane) ? odd_lane : even_lane;
 }
 
 static inline uint32_t cells_least(const uint16_t *total, int lanes) {
@@ -267,16 +287,8 @@ static inline uint32_t cells_least(const uint16_t *total, int lanes) {
 /// The winner of the sums: its lane, and its margin over the best of those that are not its
 /// neighbours. A sum counts as 255 at most. `total` has one more sum on both sides, and changes.
 static inline int cells_choose(uint16_t *total, int lanes, uint8_t *margin) {
-    uint32_t lowest = UINT8_MAX;
-    int lane = 0;
-    for (int begin = 0; begin < lanes; begin += CELLS_KEYED) {
-        const int count = lanes - begin < CELLS_KEYED ? lanes - begin : CELLS_KEYED;
-        const uint32_t key = cells_lowest(total + begin, count);
-        if (key / CELLS_KEYED < lowest) {
-            lowest = key / CELLS_KEYED;
-            lane = begin + (int)(key % CELLS_KEYED);
-        }
-    }
+    uint32_t lowest;
+    const int lane = cells_lowest(total, lanes, &lowest);
     total[lane - 1] = total[lane] = total[lane + 1] = UINT8_MAX;
     *margin = (uint8_t)(cells_least(total, lanes) - lowest);
     return lane;

@@ -14,9 +14,15 @@
 #include "stereo/match/state.h"
 
 // A pair of shares from the first one, between 1 and 127.
+#if defined(VECTOR_HAS_CELLS)
+static inline match_share match_share_of(uint16_t share) {
+    return cells_share(share);
+}
+#else
 static inline match_share match_share_of(uint16_t share) {
     return (match_share)((MATCH_WEIGHT_ONE << 8) - UINT8_MAX * share);
 }
+#endif
 
 // The weights of two masses, of which at least one is not 0, in a blend: 128 a / (a + b), rounded
 // down. Without branches, so that compilers can vectorize it: in binary places and 16 bits, or by
@@ -45,7 +51,11 @@ static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) 
 
 // The two weights swapped.
 static inline match_share match_share_swapped(match_share share) {
+#if defined(VECTOR_HAS_CELLS)
+    return cells_share_swapped(share);
+#else
     return (match_share)(share >> 8 | share << 8);
+#endif
 }
 
 // Weight of a neighbour across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8, which is
@@ -317,6 +327,7 @@ struct column_view {
     const struct match_band *band;
     const struct match_tile *before, *tile, *next;  // windows of three bands
     int x_begin;
+    int slot;  // of the band's first row in the rings
     int last;  // row without a row below it yet
     // Mass of the average through the previous row, on its way to this one.
     uint16_t mass[MATCH_TILE_COLUMNS];
@@ -336,18 +347,24 @@ struct column_shares {
     int rise, rise_below;  // lanes to this row from the row before, and from the row below
 };
 
+// The slot of row y of the band or of the one below it, without a division.
+static inline int ring_slot(const struct column_view *view, int y) {
+    const int slot = view->slot + y - view->band->begin;
+    return slot < view->level->ring_rows ? slot : slot - view->level->ring_rows;
+}
+
 // Steps between the rows y - 1 and y, by column of the tile, and their weights.
 static inline const uint8_t *steps_above(const struct column_view *view, int y) {
-    return view->level->step_down[y % view->level->ring_rows] + view->x_begin;
+    return view->level->step_down[ring_slot(view, y)] + view->x_begin;
 }
 
 static inline const uint16_t *weights_above(const struct column_view *view, int y) {
-    return view->level->weight_down[y % view->level->ring_rows] + view->x_begin;
+    return view->level->weight_down[ring_slot(view, y)] + view->x_begin;
 }
 
 static inline uint8_t *ring_cells(const struct column_view *view, const struct match_tile *tile,
                                   int y) {
-    return match_cell(view->level->ring[y % view->level->ring_rows], tile, 0);
+    return match_cell(view->level->ring[ring_slot(view, y)], tile, 0);
 }
 
 #if defined(VECTOR_HAS_CELLS)

@@ -204,6 +204,7 @@ MATCH_INLINE void pass_down_band(struct column_view *view, uint8_t *spare, const
 static void columns(struct match_level *level, struct match_scratch *scratch, int begin, int end) {
     const struct match_band *band = scratch->band;
     const int ahead = band->end + TUNE_AHEAD_ROWS;
+    const int slot = band->begin % level->ring_rows;
     for (int t = begin; t < end; t++) {
         struct column_view view = {
             .level = level,
@@ -212,6 +213,7 @@ static void columns(struct match_level *level, struct match_scratch *scratch, in
             .tile = &band->tile[t],
             .next = &band->next[t],
             .x_begin = t * MATCH_TILE_COLUMNS,
+            .slot = slot,
             .last = (ahead < level->height ? ahead : level->height) - 1,
         };
         average_upwards(&view, scratch->running);

@@ -15,9 +15,14 @@
 // Penalty of a jump across a step of grey levels: an edge makes it plausible. The lowest is
 // `least`.
 static inline uint8_t match_p2(uint8_t step, uint8_t least) {
+#if defined(VECTOR_HAS_CELLS)
+    const int lowered = TUNE_P2 - TUNE_P2_SLOPE * step;
+    return (uint8_t)(lowered > least ? lowered : least);
+#else
     enum { STEPS = TUNE_P2 / TUNE_P2_SLOPE };
     const uint8_t lowered = (uint8_t)(TUNE_P2 - TUNE_P2_SLOPE * (step < STEPS ? step : STEPS));
     return lowered > least ? lowered : least;
+#endif
 }
 
 // The least penalty of a jump: see match_p2. Lower ones lose steep surfaces on coarser levels.

@@ -56,7 +56,7 @@ enum {
 };
 
 /// Weights of the first and the second of two values in a blend: low and high byte, together
-/// MATCH_WEIGHT_ONE.
+/// MATCH_WEIGHT_ONE. Of the Blackfin's cells, a `cells_share`.
 typedef uint16_t match_share;
 
 /// The window of disparities that a tile searches, and the position of its cells in a row of cells:
