@@ -114,9 +114,12 @@ static void source_row(const struct match_level *level, const struct image_sourc
 
 // The mean of a pixel, with its neighbours in the row and in the rows before and after it, where
 // each neighbour has the weight `side` of MATCH_SMOOTHING_ONE along each direction. The rows are
-// padded. `to` may be `above`. `box` has room for a row and two pixels more.
+// padded. `to` may be `above`. `box` has room for a row and MATCH_BOX_MORE pixels.
 static void smooth_source(const uint8_t *above, const uint8_t *row, const uint8_t *below, int width,
                           int side, uint16_t *restrict box, uint8_t *to) {
+#if defined(VECTOR_HAS_CELLS)
+    bytes_smooth(above, row, below, width, side, box, to);
+#else
     const uint16_t share = (uint16_t)side;
     const uint16_t own = (uint16_t)(MATCH_SMOOTHING_ONE - 2 * side);
     uint16_t *restrict middle = box + 1;
@@ -129,6 +132,7 @@ static void smooth_source(const uint8_t *above, const uint8_t *row, const uint8_
         const uint16_t sum = (uint16_t)(own * middle[x] + share * beside + half);
         to[x] = (uint8_t)(sum / (MATCH_SMOOTHING_ONE * MATCH_SMOOTHING_ONE));
     }
+#endif
 }
 
 // Smooths `count` rows from y_begin on: the rows y_begin - 1 and so on in scratch->source. The
@@ -220,6 +224,13 @@ static void census_plane(uint8_t *const window[], int pitch,
 
 static void gradient_row(uint8_t *const window[], int pitch, int width,
                          uint8_t *restrict gradient) {
+#if defined(VECTOR_HAS_CELLS)
+    if (pitch == 1) {
+        bytes_gradient(window[1] + MATCH_CENSUS_RADIUS, window[2] + MATCH_CENSUS_RADIUS,
+                       window[3] + MATCH_CENSUS_RADIUS, width, gradient);
+        return;
+    }
+#endif
     const uint8_t *before[3], *after[3];
     for (int j = 0; j < 3; j++) {
         before[j] = window[j + 1] + pitch;
@@ -396,6 +407,9 @@ static void as_grey_steps(uint8_t *restrict step, int width) {
 // Raises the steps of a row to those of one channel, if these are larger.
 static void raise_steps(const uint8_t *restrict above, const uint8_t *restrict row, int width,
                         uint8_t *restrict along, uint8_t *restrict down) {
+#if defined(VECTOR_HAS_CELLS)
+    bytes_raise(above, row, width, along, down);
+#else
     for (int x = 0; x < width; x++) {
         // The pixel before the first one repeats it.
         const uint8_t from_before = match_step(row[x], row[x - 1]);
@@ -403,6 +417,7 @@ static void raise_steps(const uint8_t *restrict above, const uint8_t *restrict r
         along[x] = from_before > along[x] ? from_before : along[x];
         down[x] = from_above > down[x] ? from_above : down[x];
     }
+#endif
 }
 
 // Raises the steps of the rows from y_begin on to those of the channel in scratch->source.

@@ -105,7 +105,7 @@ static void carve_cost(const struct match_level *level, int rows, struct block *
         }
         line->cost.left.gradient = carve(block, columns, 1);
         line->cost.right.gradient = carve(block, right, 1);
-        line->cost.forward = carve(block, width + 2, sizeof(match_share));
+        line->cost.forward = carve(block, width + MATCH_BOX_MORE, sizeof(match_share));
         line->cost.backward = carve(block, width, sizeof(match_share));
         line->cost.weight = carve(block, width, sizeof(uint16_t));
         line->cost.joined = line->cost.weight;

@@ -47,6 +47,7 @@ enum {
     // Rows that the features of that many rows need, and one more on each side to smooth them.
     MATCH_SOURCE_ROWS = MATCH_ROWS_ABREAST + 2 * MATCH_CENSUS_RADIUS + 2,
     MATCH_SMOOTHING_ONE = 16,
+    MATCH_BOX_MORE = 12,
     MATCH_MAX_LEVELS = 7,
     MATCH_SHIFT_MAX = 8,    // largest shift of a level's columns or rows: see match_set_levels
     MATCH_MASS_ONE = 512,   // masses of recursive averages are in 1/512, below 10 each
@@ -106,7 +107,7 @@ struct match_line {
 struct match_scratch {
     uint8_t *source[MATCH_SOURCE_ROWS];  // padded image rows
     struct match_band *band;             // the band in progress
-    uint16_t *box;  // sums while a row, and two pixels more, is scaled down or smoothed
+    uint16_t *box;  // sums while a row, and MATCH_BOX_MORE pixels, is scaled down or smoothed
     struct match_line line[MATCH_ROWS_ABREAST];
     uint8_t *running;  // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
     int32_t *finish;   // a row of disparities at the end

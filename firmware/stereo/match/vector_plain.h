@@ -12,6 +12,7 @@
 
 #include "stereo/match/state.h"
 #if defined(__bfin__)
+#include "stereo/bfin/bytes.h"
 #include "stereo/bfin/cells.h"
 #include "stereo/bfin/census.h"
 #include "stereo/bfin/quotient.h"
