@@ -98,6 +98,52 @@ static inline void cells_blend(const uint8_t *from, const uint8_t *own, uint8_t 
                      : "R0", "R1", "R2", "R3", "R4", "R5", CELLS_CLOBBERED);
 }
 
+static inline void cells_copy(const uint8_t *from, uint8_t *to, int lanes) {
+    uint32_t word;
+    __asm__ volatile(
+        "I0 = %[from];\n"
+        "LSETUP (1f, 2f) LC0 = %[words];\n"
+        "1: %[word] = [I0++];\n"
+        "2: [%[to]++] = %[word];\n"
+        : [to] "+a"(to), [word] "=&d"(word)
+        : [from] "a"(from), [words] "a"(lanes / 4)
+        : "I0", "LC0", "LT0", "LB0", "memory");
+}
+
+/// Copies cells from any address. Up to seven more are read behind them, and three before them.
+static inline void cells_copy_from(const uint8_t *from, uint8_t *to, int lanes) {
+    __asm__ volatile(
+        "I0 = %[from];\n"
+        "DISALGNEXCPT || R0 = [I0++];\n"
+        "DISALGNEXCPT || R1 = [I0++];\n"
+        "LSETUP (1f, 2f) LC0 = %[words];\n"
+        "1: (R3, R2) = BYTEUNPACK R1:0;\n"
+        "R0 = R1;\n"
+        "R2 = BYTEPACK(R2, R3);\n"
+        "2: DISALGNEXCPT || [%[to]++] = R2 || R1 = [I0++];\n"
+        : [to] "+a"(to)
+        : [from] "a"(from), [words] "a"(lanes / 4)
+        : "R0", "R1", "R2", "R3", "I0", "LC0", "LT0", "LB0", "memory");
+}
+
+/// Cell i becomes from[i + shift] for first <= i < beyond.
+static inline void cells_place(const uint8_t *from, int shift, int first, int beyond,
+                               uint8_t *cells) {
+    typedef uint32_t word __attribute__((may_alias));
+    if (first >= beyond) {
+        return;
+    }
+    const int begin = first & -4, end = (beyond + 3) & -4;
+    word *const front = (word *)(void *)(cells + begin);
+    word *const back = (word *)(void *)(cells + end - 4);
+    const uint32_t before = *front, behind = *back;
+    cells_copy_from(from + begin + shift, cells + begin, end - begin);
+    const uint32_t in_back = UINT32_MAX >> 8 * (end - beyond);
+    *back = (*back & in_back) | (behind & ~in_back);
+    const uint32_t in_front = UINT32_MAX << 8 * (first - begin);
+    *front = (*front & in_front) | (before & ~in_front);
+}
+
 /// Moves all cells up by `rise`; those from beyond the ends are `low` and `high`.
 static inline void cells_shear(uint8_t *cells, int rise, uint8_t low, uint8_t high, int lanes) {
     if (rise > 0) {

@@ -190,7 +190,7 @@ static void average_forward(const struct cost_view *view, const struct match_til
             cells_blend(from, own, to, TUNE_LEAN_ALONG, view->line[r].cost.forward[x], lanes);
             from = to;
         }
-        memmove(running, from, (size_t)lanes);
+        cells_copy(from, running, lanes);
     }
 }
 
@@ -313,11 +313,11 @@ static void enter_tile_with_averages(const struct cost_view *view, const int row
     for (int r = 0; r < rows; r++) {
         const uint8_t *own = match_cell(view->raw[r], tile, column);
         if (from == NULL) {
-            memcpy(view->running[r], own, (size_t)tile->lanes);
+            match_copy_cells(own, view->running[r], tile->lanes);
         } else if (!match_same_window(from, tile)) {
-            uint8_t realigned[MATCH_MAX_DISPARITIES];
+            _Alignas(4) uint8_t realigned[MATCH_MAX_DISPARITIES];
             match_realign(view->running[r], from, own, tile, realigned);
-            memcpy(view->running[r], realigned, (size_t)tile->lanes);
+            match_copy_cells(realigned, view->running[r], tile->lanes);
         }
     }
 }

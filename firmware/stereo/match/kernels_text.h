@@ -30,7 +30,7 @@ MATCH_INLINE void average_rows(const struct cost_view *view, const int groups) {
         }
         enter_tile_with_averages(view, rows, t == 0 ? NULL : tile - 1, tile, 0);
         for (int r = 0; r < rows && t == 0; r++) {
-            memcpy(view->averaged[r] + tile->offset, view->running[r], (size_t)tile->lanes);
+            match_copy_cells(view->running[r], view->averaged[r] + tile->offset, tile->lanes);
         }
 #define AVERAGE_FORWARD(lanes, sheared) \
     average_forward(view, tile, x, t == 0 ? 1 : 0, columns, groups, sheared, lanes)
@@ -104,7 +104,7 @@ static void pass_down(const struct column_shares *shares, bool below, uint8_t *d
             cells_blend(cells_sheared(path_cost, rise_below, first, last, moved, lanes), down, cost,
                         TUNE_LEAN_DOWN, shares->below[c], lanes);
         } else {
-            memcpy(cost, down, (size_t)lanes);
+            cells_copy(down, cost, lanes);
         }
         const uint32_t lowest =
             cells_path(cells_sheared(previous, rise, UINT8_MAX, UINT8_MAX, moved, lanes), cost,

@@ -124,6 +124,14 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
     const int shift = to->base - from->base;  // lane i of `to` gets lane i + shift of `from`
     const int first = shift < 0 ? -shift : 0;
     const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
+#if defined(VECTOR_HAS_CELLS)
+    if (fill == NULL) {
+        memset(to_cells, UINT8_MAX, (size_t)to->lanes);
+    } else {
+        cells_copy(fill, to_cells, to->lanes);
+    }
+    cells_place(from_cells, shift, first, beyond, to_cells);
+#else
     // In steps of constant size, which compile to single moves.
     for (int i = 0; i < to->lanes; i += MATCH_LANES) {
         if (fill == NULL) {
@@ -143,6 +151,15 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
             to_cells[i] = from_cells[i + shift];
         }
     }
+#endif
+}
+
+MATCH_INLINE void match_copy_cells(const uint8_t *from, uint8_t *to, int lanes) {
+#if defined(VECTOR_HAS_CELLS)
+    cells_copy(from, to, lanes);
+#else
+    memcpy(to, from, (size_t)lanes);
+#endif
 }
 
 static inline bool match_same_window(const struct match_tile *a, const struct match_tile *b) {
