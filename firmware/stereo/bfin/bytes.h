@@ -122,4 +122,42 @@ static inline void bytes_raise(const uint8_t *above, const uint8_t *row, int wid
     }
 }
 
+static inline uint32_t lower_halves(pair16 low, pair16 high) {
+    uint32_t result;
+    __asm__("%0 = PACK(%2.L, %1.L);" : "=d"(result) : "d"(low), "d"(high));
+    return result;
+}
+
+static inline uint32_t upper_halves(pair16 low, pair16 high) {
+    uint32_t result;
+    __asm__("%0 = PACK(%2.H, %1.H);" : "=d"(result) : "d"(low), "d"(high));
+    return result;
+}
+
+/// The bits of three planes in a word each, in reverse; `pad` words are before the row's last one
+/// and all behind its first one up to `length`, which repeat these.
+static inline void bytes_reverse_census(uint8_t *const plane[3], int width, int pad, int length,
+                                        uint32_t *words) {
+    uint32_t *at = words + pad + width;
+    int x = 0;
+    for (; x + 4 <= width; x += 4) {
+        const struct column_pairs a = bytes_load(plane[0], x), b = bytes_load(plane[1], x);
+        const struct column_pairs c = bytes_load(plane[2], x);
+        const pair16 even = a.even | b.even << 8, odd = a.odd | b.odd << 8;
+        *--at = lower_halves(even, c.even);
+        *--at = lower_halves(odd, c.odd);
+        *--at = upper_halves(even, c.even);
+        *--at = upper_halves(odd, c.odd);
+    }
+    for (; x < width; x++) {
+        *--at = plane[0][x] | (uint32_t)plane[1][x] << 8 | (uint32_t)plane[2][x] << 16;
+    }
+    for (int i = 0; i < pad; i++) {
+        words[i] = words[pad];
+    }
+    for (int i = pad + width; i < length; i++) {
+        words[i] = words[pad + width - 1];
+    }
+}
+
 #endif

@@ -341,31 +341,41 @@ static inline int cells_choose(uint16_t *total, int lanes, uint8_t *margin) {
 }
 
 /// Costs of a pixel: CELLS_BIT_COST for each bit in which `census` differs from the pixel's own,
-/// plus the difference of the gradients, at most `most`.
-static inline void cells_cost(const uint32_t *census, uint32_t own, const uint16_t *gradient,
+/// plus the difference of the gradients, at most `most`. `gradient` may have any address; up to
+/// seven bytes behind it are read.
+static inline void cells_cost(const uint32_t *census, uint32_t own, const uint8_t *gradient,
                               uint32_t own_gradient, uint32_t most, uint8_t *to, int lanes) {
-    uint32_t gradients = cells_pair(own_gradient), limit = cells_pair(most);
-#define CELLS_DIFFER(result)                                                        \
-    "R0 = R0 ^ R7;\n"                                                               \
-    "R0.L = ONES R0 || R1 = [%[census]++];\n"                                       \
-    "R1 = R1 ^ R7;\n"                                                               \
-    "R1.L = ONES R1 || " result                                                     \
-    " = [%[gradient]++];\n"                                                         \
-    "R0 = PACK(R1.L, R0.L);\n" result " = " result                                  \
-    " -|- R6;\n"                                                                    \
-    "R0 = R0 << 2 (V);\n" result " = ABS " result " (V);\n" result " = MIN(" result \
-    ", R5) (V);\n" result " = " result " +|+ R0 || R0 = [%[census]++];\n"
+    uint32_t gradients = own_gradient * 0x01010101u, limit = cells_pair(most);
     __asm__ volatile(
-        "R0 = [%[census]++];\n"
+        "I0 = %[gradient];\n I1 = %[none];\n"
+        "DISALGNEXCPT || R0 = [I0++];\n"
+        "DISALGNEXCPT || R1 = [I0++];\n"
         "LSETUP (1f, 2f) LC0 = %[words];\n"
-        "1:\n" CELLS_DIFFER("R2") CELLS_DIFFER("R3")  //
-        "R2 = BYTEPACK(R2, R3);\n"
-        "2: [%[to]++] = R2;\n"
-        : [census] "+a"(census), [gradient] "+a"(gradient), [to] "+a"(to), "+q7"(own),
-          "+q6"(gradients), "+q5"(limit)
-        : [words] "a"(lanes / 4)
-        : "R0", "R1", "R2", "R3", "LC0", "LT0", "LB0", "CC", "memory");
-#undef CELLS_DIFFER
+        "1: (R5, R4) = BYTEOP16M(R1:0, R3:2);\n"
+        "R4 = ABS R4 (V) || R0 = [%[census]++];\n"
+        "R5 = ABS R5 (V) || R3 = [%[census]++];\n"
+        "R4 = MIN(R4, R6) (V);\n"
+        "R5 = MIN(R5, R6) (V);\n"
+        "R4 = BYTEPACK(R4, R5) || R5 = [%[census]++];\n"
+        "R0 = R0 ^ R7;\n"
+        "R0.L = ONES R0;\n"
+        "R3 = R3 ^ R7;\n"
+        "R3.L = ONES R3;\n"
+        "R0 = PACK(R3.L, R0.L) || R3 = [%[census]++];\n"
+        "R5 = R5 ^ R7;\n"
+        "R5.L = ONES R5;\n"
+        "R3 = R3 ^ R7;\n"
+        "R3.L = ONES R3;\n"
+        "R3 = PACK(R3.L, R5.L);\n"
+        "R3 = BYTEPACK(R0, R3);\n"
+        "R3 <<= 2;\n"
+        "R3 = R3 + R4;\n"
+        "R0 = R1;\n"
+        "2: DISALGNEXCPT || [%[to]++] = R3 || R1 = [I0++];\n"
+        : [census] "+a"(census), [to] "+a"(to)
+        : [gradient] "a"(gradient), "q7"(own), "q6"(limit),
+          "q2"(gradients), [words] "a"(lanes / 4), [none] "a"(0)
+        : "R0", "R1", "R3", "R4", "R5", "I0", "I1", "LC0", "LT0", "LB0", "CC", "memory");
 }
 
 #endif

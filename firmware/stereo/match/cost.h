@@ -20,35 +20,22 @@ struct cost_view {
 
 #if defined(VECTOR_HAS_CELLS)
 
-// As below, of one row: the bits of a right pixel's census become a word, once for all columns.
+// As below, of one row.
 static void tile_costs(const struct cost_view *view, int r, const struct match_tile *tile,
                        int x_begin, int columns, int lanes) {
-    enum { LENGTH = CELLS_MAX + MATCH_TILE_COLUMNS };
     _Static_assert((int)TUNE_CENSUS_WEIGHT == (int)CELLS_BIT_COST, "");
-    _Static_assert((int)MATCH_MAX_DISPARITIES <= (int)CELLS_MAX, "");
     const struct match_level *level = view->level;
-    const int first = level->width - 1 + level->right_pad + level->disparity_min + tile->base -
-                      (x_begin + columns - 1);
-    const int length = lanes + columns - 1;
-    INVARIANT(first >= 0 && first + length <= level->right_length);
-    const struct match_features *left = &view->line[r].cost.left;
-    const struct match_features *right = &view->line[r].cost.right;
-    uint32_t census[LENGTH];
-    // A pair of gradients from an even and from an odd column on.
-    _Alignas(4) uint16_t gradient[2][LENGTH + 2];
-    for (int i = 0; i < length; i++) {
-        census[i] = right->census[0][first + i] | (uint32_t)right->census[1][first + i] << 8 |
-                    (uint32_t)right->census[2][first + i] << 16;
-        gradient[0][i] = gradient[1][i + 1] = right->gradient[first + i];
-    }
+    const int first = level->width - 1 + level->right_pad + level->disparity_min + tile->base;
+    INVARIANT(first - (x_begin + columns - 1) >= 0);
+    INVARIANT(first - x_begin + lanes <= level->right_length);
+    const struct match_line *line = &view->line[r];
+    const struct match_features *left = &line->cost.left;
     uint8_t *to = view->raw[r] + tile->offset;
-    for (int column = 0; column < columns; column++, to += lanes) {
-        const int x = x_begin + column;
-        const int at = columns - 1 - column;
+    for (int x = x_begin; x < x_begin + columns; x++, to += lanes) {
         const uint32_t own = left->census[0][x] | (uint32_t)left->census[1][x] << 8 |
                              (uint32_t)left->census[2][x] << 16;
-        cells_cost(census + at, own, gradient[at & 1] + at + (at & 1), left->gradient[x],
-                   TUNE_GRADIENT_MAX, to, lanes);
+        cells_cost(line->cost.right_census + first - x, own, line->cost.right.gradient + first - x,
+                   left->gradient[x], TUNE_GRADIENT_MAX, to, lanes);
     }
 }
 

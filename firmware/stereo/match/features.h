@@ -490,9 +490,14 @@ static void right_features(const struct match_level *level, struct match_scratch
     view_features(level, &view, NULL, scratch, y_begin, rows);
     for (int r = 0; r < rows; r++) {
         const struct match_line *line = &scratch->line[r];
+#if defined(VECTOR_HAS_CELLS)
+        bytes_reverse_census(line->cost.left.census, level->width, level->right_pad,
+                             level->right_length, line->cost.right_census);
+#else
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
             reverse_feature(level, line->cost.left.census[plane], line->cost.right.census[plane]);
         }
+#endif
         reverse_feature(level, line->cost.left.gradient, line->cost.right.gradient);
     }
 }

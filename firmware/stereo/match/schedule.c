@@ -101,8 +101,10 @@ static void carve_cost(const struct match_level *level, int rows, struct block *
         struct match_line *line = &scratch->line[r];
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
             line->cost.left.census[plane] = carve(block, columns, 1);
-            line->cost.right.census[plane] = carve(block, right, 1);
+            line->cost.right.census[plane] = MATCH_HAS_CELLS ? NULL : carve(block, right, 1);
         }
+        line->cost.right_census =
+            MATCH_HAS_CELLS ? carve(block, right, sizeof *line->cost.right_census) : NULL;
         line->cost.left.gradient = carve(block, columns, 1);
         line->cost.right.gradient = carve(block, right, 1);
         line->cost.forward = carve(block, width + MATCH_BOX_MORE, sizeof(match_share));

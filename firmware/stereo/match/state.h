@@ -54,6 +54,11 @@ enum {
     MATCH_SHEAR_MAX = 15,   // columns by which a support may be sheared
     MATCH_SOURCE_PAD = 32,  // columns before and after a row that is compared: a tile's and those
     MATCH_CENSUS_SIDE = 2 * MATCH_CENSUS_RADIUS + 1,
+#if defined(__bfin__)
+    MATCH_HAS_CELLS = 1,  // the kernels are those of stereo/bfin/cells.h
+#else
+    MATCH_HAS_CELLS = 0,
+#endif
 };
 
 /// Weights of the first and the second of two values in a blend: low and high byte, together
@@ -82,6 +87,7 @@ struct match_features {
 struct match_line {
     struct {
         struct match_features left, right;  // right: reversed, padded on both sides
+        uint32_t *right_census;             // instead of its planes: MATCH_HAS_CELLS
         uint16_t *weight;                   // weight of the edge between x - 1 and x, by column
         match_share *forward;  // share of the average from the left when the pixel's cost is added
         match_share *joined;   // share of the average from the left when the right one joins
