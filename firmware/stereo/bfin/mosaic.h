@@ -177,31 +177,32 @@ __attribute__((always_inline)) static inline int mosaic_row(const struct mosaic_
 /// blue what the three of `balanced` have.
 static inline void mosaic_tones(const uint16_t *rgb, int width, const uint8_t *tone,
                                 uint8_t *const balanced[3], uint8_t *grey, uint8_t *colour) {
-    const uint32_t half = 128;
 #define MOSAIC_TONE(index, table, to)                                                         \
     index " = " index " + " table ";\n %[at] = " index ";\n" index " = B[%[at]] (Z);\n B[" to \
           "++] = " index ";\n"
+#define MOSAIC_TONE_AT(index, table, last, to)                                             \
+    "%[at] = " index ";\n %[at] = %[at] + %[" table "];\n" index " = B[%[at]] (Z);\n" last \
+    "B[%[" to "]++] = " index ";\n"
     const uint8_t *at;
     uint32_t red = (uint32_t)(uintptr_t)balanced[0], green = (uint32_t)(uintptr_t)balanced[1];
-    uint32_t blue = (uint32_t)(uintptr_t)balanced[2];
+    // The upper halves of R0 to R3 stay 0. A1: half a unit of luma.
     __asm__ volatile(
-        "R0 = 0;\n R1 = 0;\n R2 = 0;\n"
+        "R0 = 0;\n R1 = 0;\n R2 = 0;\n R3 = 0;\n"
+        "R3.L = 0x8000;\n A1 = R3;\n R3 = 0;\n"
+        "R4.L = 77 * 256;\n R4.H = 150 * 256;\n R7.L = 29 * 256;\n"
         "LSETUP (1f, 2f) LC0 = %[width];\n"
-        "1: R3 = %[half];\n R4.L = 77;\n R4.H = 150;\n"
-        "A0 = R3 || R0.L = W[%[rgb]++];\n"
+        "1: A0 = A1 || R0.L = W[%[rgb]++];\n"
         "A0 += R0.L * R4.L (FU) || R1.L = W[%[rgb]++];\n"
         "A0 += R1.L * R4.H (FU) || R2.L = W[%[rgb]++];\n"
-        "R4.L = 29;\n"
-        "A0 += R2.L * R4.L (FU);\n"
-        "R3 = A0.W;\n R3 >>= 8;\n"
-        "%[at] = R3;\n %[at] = %[at] + %[tone];\n R3 = B[%[at]] (Z);\n B[%[grey]++] = R3;\n"  //
-        MOSAIC_TONE("R0", "R5", "%[colour]") MOSAIC_TONE("R1", "R6", "%[colour]")
-        "R2 = R2 + R7;\n %[at] = R2;\n R2 = B[%[at]] (Z);\n"
-        "2: B[%[colour]++] = R2;\n"
+        "R3.L = (A0 += R2.L * R7.L) (TFU);\n"                                          //
+        MOSAIC_TONE_AT("R3", "tone", "", "grey") MOSAIC_TONE("R0", "R5", "%[colour]")  //
+        MOSAIC_TONE("R1", "R6", "%[colour]") MOSAIC_TONE_AT("R2", "blue", "2: ", "colour")
+
         : [rgb] "+b"(rgb), [grey] "+a"(grey), [colour] "+a"(colour), [at] "=&a"(at), "+q5"(red),
-          "+q6"(green), "+q7"(blue)
-        : [tone] "a"(tone), [half] "b"(half), [width] "a"(width)
-        : "R0", "R1", "R2", "R3", "R4", "A0", "LC0", "LT0", "LB0", "memory");
+          "+q6"(green)
+        : [tone] "a"(tone), [blue] "a"(balanced[2]), [width] "a"(width)
+        : "R0", "R1", "R2", "R3", "R4", "R7", "A0", "A1", "LC0", "LT0", "LB0", "memory");
+#undef MOSAIC_TONE_AT
 #undef MOSAIC_TONE
 }
 

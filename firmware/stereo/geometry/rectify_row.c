@@ -100,13 +100,6 @@ static void fill_cell(const int32_t n[4], int step_log2, int count, int32_t *q16
         }
         return;
     }
-#if defined(__bfin__)
-    if (step_log2 == STEP_LOG2_MAX && (beyond(here.e1, 15) | beyond(here.e2, 15)) == 0) {
-        warp_line(here.first, here.rise, (uint32_t)here.e2 << 16 | (here.e1 & 0xffff), factors_q14,
-                  q16, count);
-        return;
-    }
-#endif
     if (count == STEP_PX) {
         for (int32_t m = 0; m < STEP_PX; m++) {
             q16[m] = interpolate_32(here, m);
@@ -118,11 +111,60 @@ static void fill_cell(const int32_t n[4], int step_log2, int count, int32_t *q16
     }
 }
 
+#if defined(__bfin__)
+// As cut_nodes; false if 32 bits do not suffice for a node, or for the differences of those that
+// were cut.
+static bool cut_nodes_32(const int32_t *nodes_q16, int columns, int m, int32_t *cut_q16) {
+    const uint32_t range = 1U << 27;
+    const uint32_t near = (uint32_t)factor_near_q14[m], far = (uint32_t)factor_far_q14[m];
+    uint32_t places = 0, bends = 0, rises = 0;
+    for (int i = 0; i < columns; i++, nodes_q16++) {
+        const uint32_t n0 = (uint32_t)nodes_q16[0], n1 = (uint32_t)nodes_q16[columns];
+        const uint32_t n2 = (uint32_t)nodes_q16[2 * columns];
+        const uint32_t n3 = (uint32_t)nodes_q16[3 * columns];
+        const uint32_t rise = n2 - n1, e1 = n0 - n1 + rise, e2 = n3 - n2 - rise;
+        places |= (n0 + range) | (n1 + range) | (n2 + range) | (n3 + range);
+        bends |= (e1 + (1U << 19)) | (e2 + (1U << 19));
+        rises |= rise + (1U << 26);
+        const int32_t bend = (int32_t)(near * e1 + far * e2) >> 10;
+        const uint32_t moved = (uint32_t)m * rise + (uint32_t)bend + STEP_PX / 2;
+        cut_q16[i] = (int32_t)(n1 + (uint32_t)((int32_t)moved >> STEP_LOG2_MAX));
+    }
+    return (places >> 28 | bends >> 20 | rises >> 27) == 0;
+}
+
+// All cells of a row from such nodes; most bends fit 16 bits, which is what warp_line takes.
+static void fill_cells(const int32_t *cut_q16, int width, int32_t *q16) {
+    int32_t before = cut_q16[1] - cut_q16[0], rise = cut_q16[2] - cut_q16[1];
+    for (; width > 0; width -= STEP_PX, cut_q16++, q16 += STEP_PX) {
+        const int count = width < STEP_PX ? width : STEP_PX;
+        const int32_t after = cut_q16[3] - cut_q16[2];
+        const int32_t e1 = rise - before, e2 = after - rise;
+        if ((beyond(rise, 26) | beyond(e1, 15) | beyond(e2, 15)) == 0) {
+            warp_line(cut_q16[1], rise, (uint32_t)e2 << 16 | (e1 & 0xffff), factors_q14, q16,
+                      count);
+        } else {
+            fill_cell(cut_q16, STEP_LOG2_MAX, count, q16);
+        }
+        before = rise;
+        rise = after;
+    }
+}
+#endif
+
 static void fill_row(const struct rectify_table *table, const int32_t *nodes_q16, int y,
                      int32_t *q16) {
     int32_t cut_q16[NODES_MAX];
     INVARIANT(table->columns <= NODES_MAX);
     INVARIANT(table->step_log2 >= STEP_LOG2_MIN && table->step_log2 <= STEP_LOG2_MAX);
+#if defined(__bfin__)
+    const int32_t *nodes = nodes_q16 + (ptrdiff_t)(y >> STEP_LOG2_MAX) * table->columns;
+    if (table->step_log2 == STEP_LOG2_MAX &&
+        cut_nodes_32(nodes, table->columns, y % STEP_PX, cut_q16)) {
+        fill_cells(cut_q16, table->width_px, q16);
+        return;
+    }
+#endif
     cut_nodes(table, nodes_q16, y, cut_q16);
     const int step_px = 1 << table->step_log2;
     for (int x = 0; x < table->width_px; x += step_px) {
@@ -247,18 +289,19 @@ static void copy_from_strip(const struct rectify_table *table, const struct rect
 }
 
 #if defined(__bfin__)
-// In both images; false: the strip has a part of the row only.
+// In both images; false: the strip has a part of the row only, or rows of other lengths.
 static bool blend_whole_row(const struct rectify_strip *strip, const struct rectify_extent *extent,
                             const int32_t *x_q16, const int32_t *y_q16, uint8_t *grey,
                             uint8_t *colour) {
-    if (colour == NULL || extent->first < strip->begin || extent->last >= strip->end) {
+    const ptrdiff_t stride = strip->grey.stride;
+    if (colour == NULL || strip->colour.stride != 3 * stride || extent->first < strip->begin ||
+        extent->last >= strip->end) {
         return false;
     }
     const int begin = extent->span.begin, count = extent->span.end - begin;
-    const ptrdiff_t grey_stride = strip->grey.stride, colour_stride = strip->colour.stride;
-    const struct warp_images images = {strip->grey.data - strip->begin * grey_stride,
-                                       strip->colour.data - strip->begin * colour_stride,
-                                       strip->grey.stride, strip->colour.stride};
+    const struct warp_images images = {strip->grey.data - strip->begin * stride,
+                                       strip->colour.data - strip->begin * 3 * stride,
+                                       strip->grey.stride};
     warp_row(&images, x_q16 + begin, y_q16 + begin, grey + begin, colour + 3 * begin, count);
     return true;
 }
