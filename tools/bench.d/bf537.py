@@ -38,20 +38,22 @@ def run(simulator, program, size):
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(f"bf537: the program failed in the simulator: {(done.stderr or done.stdout).strip()[-300:]}")
-    stages = {}
-    *lines, memory = done.stdout.splitlines()
-    for line in lines:
+    stages, memory = {}, {}
+    for line in done.stdout.splitlines():
+        if line.startswith("memory "):
+            times, working_bytes, frame_bytes = map(int, line.split()[1:])
+            memory[times] = {"working_bytes": working_bytes, "frame_bytes": frame_bytes}
+            continue
         stage, kilocycles, units, stack, crc, *sdram = line.split()
         loaded, stored, filled, written = map(int, sdram)
         stages[stage] = {"kilocycles": int(kilocycles), "cycles_per_unit": round(1e3 * int(kilocycles) / int(units), 1),
                          "unit": UNITS[stage], "stack_bytes": int(stack), "crc": crc,
                          "sdram": {"loaded_bytes": loaded, "stored_bytes": stored, "lines_filled": filled,
                                    "lines_written": written}}
-    working_bytes, frame_bytes = map(int, memory.removeprefix("memory ").split())
     return {"sizes": SIZES[size], "stages": stages, "surface": {
         "kilocycles": sum(stages[name]["kilocycles"] for name in SURFACE), "stages": SURFACE,
         "sdram": {key: sum(stages[name]["sdram"][key] for name in SURFACE) for key in stages["board"]["sdram"]},
-        "working_bytes": working_bytes, "frame_bytes": frame_bytes}, "code": read_map(f"{program}.map")}
+        "memory": memory}, "code": read_map(f"{program}.map")}
 
 
 def print_costs(name, costs):
@@ -74,8 +76,10 @@ def print_table(document):
         print_costs(name, stage)
     surface = document["surface"]
     print_costs("surface", surface)
-    print(f"surface: {' + '.join(surface['stages'])}\n\nmemory of a surface: {surface['working_bytes']} bytes, "
-          f"and {surface['frame_bytes']} of two frames of {2 * width}x{2 * height}")
+    print(f"surface: {' + '.join(surface['stages'])}\n")
+    for times, memory in surface["memory"].items():
+        print(f"memory of a surface: {memory['working_bytes']} bytes, and {memory['frame_bytes']} of two frames of "
+              f"{times * width}x{times * height}")
     print(f"\n{'library':18} {'code':>8} {'data':>8}  bytes, linked")
     for name, part in sorted(document["code"].items()):
         print(f"{name:18} {part['code_bytes']:8} {part['data_bytes']:8}")

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cycles of the stereo pipeline on the simulated BF537: tools/bench bf537 builds, runs and reads
 // it. Each line is the name of a stage, its cycles in thousands, what they are divided by, the
-// stack, a checksum, and what went to and from SDRAM (enum sdram_event); the last one has the bytes
-// of a surface's working memory and of its two frames.
+// stack, a checksum, and what went to and from SDRAM (enum sdram_event); the last ones have the
+// frames' size, in that of the surface, and the bytes of its working memory and of the two frames.
 #include <inttypes.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -309,22 +309,23 @@ static void run_pictures(int width, int height, int raw_width, int raw_height) {
     print_stage("rectify", &rectify, (uint32_t)pixels, crc);
 }
 
-// Of a surface as firmware/memory makes it, from frames of twice its width and height.
-static void print_memory(int width, int height, int disparities) {
-    const struct calibration rig = rig_of(2 * width, 2 * height);
+// Of a surface as firmware/memory makes it, from frames of `times` its width and height.
+static void print_memory(int width, int height, int disparities, int times) {
+    const struct calibration rig = rig_of(times * width, times * height);
     struct rectify_plan plan = plan_of(&rig, width, height);
+    plan.f_px = plan.fy_px = rig.left.fx_px / times;
     plan.disparity_count = disparities;
-    const struct raw_image raw = {.width_px = 2 * width,
-                                  .height_px = 2 * height,
-                                  .stride = 2 * width,
+    const struct raw_image raw = {.width_px = times * width,
+                                  .height_px = times * height,
+                                  .stride = times * width,
                                   .bits = RAW_BITS,
                                   .layout = RAW_BAYER_GRBG};
     struct reconstruct_options options = reconstruct_default_options();
     options.preset = MATCH_PRESET_BOARD;
     options.recompute_surface = options.remake_pictures = true;
     const struct reconstruct_need need = reconstruct_needs(&raw, &raw, &rig, &plan, &options, 1);
-    const size_t frame_bytes = 4 * (size_t)width * (size_t)height * sizeof *raw.data;
-    printf("memory %lu %lu\n", (unsigned long)need.bytes, 2 * (unsigned long)frame_bytes);
+    const size_t frame_bytes = (size_t)raw.width_px * (size_t)raw.height_px * sizeof *raw.data;
+    printf("memory %d %lu %lu\n", times, (unsigned long)need.bytes, 2 * (unsigned long)frame_bytes);
 }
 
 int main(int argc, char **argv) {
@@ -339,6 +340,7 @@ int main(int argc, char **argv) {
     start_cycles();
     run_matching(sizes[0], sizes[1], sizes[2]);
     run_pictures(sizes[3], sizes[4], sizes[5], sizes[6]);
-    print_memory(sizes[0], sizes[1], sizes[2]);
+    print_memory(sizes[0], sizes[1], sizes[2], 1);
+    print_memory(sizes[0], sizes[1], sizes[2], 2);
     return 0;
 }
