@@ -22,6 +22,7 @@ SMALL = [
     "match_share_of", "match_share_between", "match_weight", "match_weight_down", "match_carry",
     "match_p2", "match_least_p2", "match_step", "match_same_window", "match_rise", "match_cell",
     "match_guide", "match_span", "match_tile_columns", "match_range_ends", "match_realign",
+    "match_copy_cells",
     "match_accepts", "image_u8_row", "image_i32_row",
 ]
 MESSAGES = [
@@ -31,7 +32,8 @@ MESSAGES = [
 FEATURES = ["census_plane", "gradient_row", "reverse_feature"]
 COSTS = ["tile_costs", "average_forward", "average_backward", "enter_tile_with_averages"]
 COLUMNS = [
-    "steps_above", "weights_above", "ring_cells", "blend_leaning", "member_cells", "member_shares", "average_up",
+    "ring_slot", "steps_above", "weights_above", "ring_cells", "blend_leaning", "member_cells", "member_shares",
+    "average_up",
     "carry_up", "realign_columns", "pass_down", "carry_down",
 ]
 ROWS = [

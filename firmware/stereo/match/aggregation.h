@@ -315,7 +315,7 @@ static void enter_tile_with_averages(const struct cost_view *view, const int row
         if (from == NULL) {
             match_copy_cells(own, view->running[r], tile->lanes);
         } else if (!match_same_window(from, tile)) {
-            _Alignas(4) uint8_t realigned[MATCH_MAX_DISPARITIES];
+            MATCH_ALIGNED uint8_t realigned[MATCH_MAX_DISPARITIES];
             match_realign(view->running[r], from, own, tile, realigned);
             match_copy_cells(realigned, view->running[r], tile->lanes);
         }
@@ -347,10 +347,14 @@ struct column_shares {
     int rise, rise_below;  // lanes to this row from the row before, and from the row below
 };
 
-// The slot of row y of the band or of the one below it, without a division.
+// The slot of row y of the band or of the one below it; the Blackfin divides slowly.
 static inline int ring_slot(const struct column_view *view, int y) {
+#if defined(VECTOR_HAS_CELLS)
     const int slot = view->slot + y - view->band->begin;
     return slot < view->level->ring_rows ? slot : slot - view->level->ring_rows;
+#else
+    return y % view->level->ring_rows;
+#endif
 }
 
 // Steps between the rows y - 1 and y, by column of the tile, and their weights.

@@ -41,6 +41,13 @@
 
 #define MATCH_INLINE static inline __attribute__((always_inline))
 
+// Of an array of cells: the Blackfin takes four at a time.
+#if defined(VECTOR_HAS_CELLS)
+#define MATCH_ALIGNED _Alignas(4)
+#else
+#define MATCH_ALIGNED
+#endif
+
 enum { PATH_COST_VECTORS = MATCH_MAX_DISPARITIES / MATCH_LANES };
 
 /// All lanes of a pixel, or of one pixel for each member.

@@ -148,7 +148,7 @@ static inline void enter_tile_with_path_costs(const struct row_view *view, const
         if (from == NULL) {
             memset(view->path_cost[r], 0, (size_t)tile->lanes);
         } else if (!match_same_window(from, tile)) {
-            _Alignas(4) uint8_t realigned[MATCH_MAX_DISPARITIES];
+            MATCH_ALIGNED uint8_t realigned[MATCH_MAX_DISPARITIES];
             match_realign(view->path_cost[r], from, NULL, tile, realigned);
             match_copy_cells(realigned, view->path_cost[r], tile->lanes);
         }

@@ -129,7 +129,7 @@ void match_probe_path_costs(const struct match_probe_row *row, bool from_right, 
     INVARIANT(row->event == MATCH_PROBE_PATH_COSTS);
     const uint8_t *step = row->owner->step_along[row->y % row->owner->ring_rows];
     uint8_t path_cost[MATCH_MAX_DISPARITIES] = {0};
-    _Alignas(4) uint8_t realigned[MATCH_MAX_DISPARITIES];
+    MATCH_ALIGNED uint8_t realigned[MATCH_MAX_DISPARITIES];
     const struct match_tile *from = NULL;
     for (int i = 0; i < row->width; i++) {
         const int x = from_right ? row->width - 1 - i : i;
