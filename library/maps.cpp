@@ -39,7 +39,7 @@ void make_of_points(const vergence_result &result, const Value &value, std::vect
     const reconstruct_result &from = result.job.result;
     map->assign(pixels_of(result), nan_of_map);
     for (uint32_t i = 0; i < from.vertex_count; i++) {
-        if (!result_figures_is_filled(&from, from.vertex_pixel[i])) {
+        if (!surface_figures_is_filled(&from, from.vertex_pixel[i])) {
             (*map)[from.vertex_pixel[i]] = value(from.points[i]);
         }
     }

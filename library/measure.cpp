@@ -60,7 +60,7 @@ int point_at(const vergence_result &result, const double at_px[2], fit_point *po
         static_cast<uint32_t>(std::lround(at_px[1]) * from.plan.width_px + std::lround(at_px[0]));
     const uint32_t *const begin = from.vertex_pixel, *const end = begin + from.vertex_count;
     const uint32_t *found = std::lower_bound(begin, end, pixel);
-    if (found == end || *found != pixel || result_figures_is_filled(&from, pixel)) {
+    if (found == end || *found != pixel || surface_figures_is_filled(&from, pixel)) {
         const auto reason = image_u8_row(
             &from.match.reason, static_cast<int>(std::lround(at_px[1])))[std::lround(at_px[0])];
         return library_fail(error, ERROR_MISSING,
@@ -75,7 +75,7 @@ std::vector<fit_point> points_in(const vergence_result &result, const uint8_t *m
     std::vector<fit_point> points;
     for (uint32_t i = 0; i < from.vertex_count; i++) {
         const uint32_t pixel = from.vertex_pixel[i];
-        if ((mask == nullptr || mask[pixel] != 0) && !result_figures_is_filled(&from, pixel)) {
+        if ((mask == nullptr || mask[pixel] != 0) && !surface_figures_is_filled(&from, pixel)) {
             points.push_back(point_of(from, i));
         }
     }

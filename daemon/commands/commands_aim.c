@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "console/measure/measure_rig.h"
 #include "console/pair/calibration_at.h"
 #include "core/math.h"
 #include "daemon/commands/commands.h"
-#include "daemon/measure/measure_rig.h"
 #include "measure/measure_place.h"
 #include "stereo/zoom/zoom_aim.h"
 

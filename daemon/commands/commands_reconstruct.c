@@ -156,7 +156,7 @@ static bool is_streamed(const struct surface *self) {
 
 static void reply_points(const struct surface *self) {
     const struct reconstruct_result *result = self->run.job.context.result;
-    reply_number(self->call, "points", result_figures_measured_count(result), 0, NULL);
+    reply_number(self->call, "points", surface_figures_measured_count(result), 0, NULL);
     if (self->run.job.context.options->fill) {
         reply_number(self->call, "filled", result->reason_count[REASON_FILLED], 0, NULL);
     }
@@ -166,7 +166,7 @@ static void reply_figures(const struct surface *self) {
     const struct command_call *call = self->call;
     const struct reconstruct_context *context = &self->run.job.context;
     const struct reconstruct_result *result = context->result;
-    struct result_figures_quantiles spread;
+    struct surface_figures_spread spread;
     reply_text(call, "session", self->run.session);
     reply_number(call, "pair", self->run.source.pair.pair.number, 0, NULL);
     reply_number(call, "skew", (double)self->run.source.pair.pair.skew_us, 0, "us");

@@ -237,7 +237,7 @@ static void print_line(const struct all *self, const struct pairs_row *row) {
 static void fill_row(struct pairs_row *row, const struct reconstruct_job *job) {
     const struct reconstruct_context *context = &job->context;
     row->done = true;
-    row->points = result_figures_measured_count(&job->result);
+    row->points = surface_figures_measured_count(&job->result);
     row->notes = context->warning_count;
     if (context->metric && context->has_spread) {
         row->depth_mm = context->spread.depth_mm[1];

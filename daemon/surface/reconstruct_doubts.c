@@ -42,7 +42,7 @@ void reconstruct_doubts_record(struct reconstruct_context *context) {
             density_percent);
     }
     note_beyond(context);
-    const uint32_t points = result_figures_measured_count(result);
+    const uint32_t points = surface_figures_measured_count(result);
     const double repeating_percent = points > 0 ? 100.0 * result->repeating_count / points : 0;
     if (repeating_percent > repeating_max_percent) {
         reconstruct_context_warn(context,

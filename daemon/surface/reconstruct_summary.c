@@ -32,13 +32,13 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
     const struct reconstruct_result *result = context->result;
     fprintf(stream,
             "surface     %" PRIu32 " points, %" PRIu32 " triangles, %.1f %% of the pixels\n",
-            result_figures_measured_count(result), result->triangle_count,
+            surface_figures_measured_count(result), result->triangle_count,
             result_figures_density_percent(result));
     if (context->options->fill) {
         fprintf(stream, "filled      %" PRIu32 " more points, not measured\n",
                 result->reason_count[REASON_FILLED]);
     }
-    struct result_figures_quantiles spread;
+    struct surface_figures_spread spread;
     if (context->metric && result->vertex_count > 0 &&
         reconstruct_context_spread(context, &spread)) {
         fprintf(stream, "depth       %.6g mm (median), %.6g mm to %.6g mm (1 %% to 99 %%)\n",

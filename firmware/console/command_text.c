@@ -62,7 +62,7 @@ void command_text_add_typed(struct command_text *text, const char *added) {
 }
 
 void command_text_add_number(struct command_text *text, double value, int decimals) {
-    INVARIANT(decimals >= 0 && decimals <= 6);
+    INVARIANT(decimals >= 0 && decimals <= COMMAND_TEXT_DECIMALS_MAX);
     int64_t scaled = 0;
     // A large number leaves no room for all decimals.
     while (decimals > 0 && decimal_from_double(value, decimals, &scaled) != ERROR_OK) {

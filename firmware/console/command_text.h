@@ -30,8 +30,9 @@ __attribute__((sentinel)) void command_text_add_all(struct command_text *text, .
 #define command_text_join(text, ...) command_text_add_all(text, __VA_ARGS__, (const char *)NULL)
 /// Appends user input: at most 40 bytes, without control characters.
 void command_text_add_typed(struct command_text *text, const char *added);
-/// Appends a number with at most `decimals` (0 .. 6) decimals, without trailing zeros, and with
-/// fewer if it is large. |value| <= 1e15; beyond that "?".
+enum { COMMAND_TEXT_DECIMALS_MAX = 9 };
+/// Appends a number with at most `decimals` (0 .. COMMAND_TEXT_DECIMALS_MAX) decimals, without
+/// trailing zeros, and with fewer if it is large. |value| <= 1e15; beyond that "?".
 void command_text_add_number(struct command_text *text, double value, int decimals);
 void command_text_add_integer(struct command_text *text, int64_t value);
 /// Appends " UNIT" unless `unit` is NULL.

@@ -17,7 +17,7 @@ void reconstruct_context_warn(struct reconstruct_context *context, const char *f
 }
 
 bool reconstruct_context_spread(const struct reconstruct_context *context,
-                                struct result_figures_quantiles *spread) {
+                                struct surface_figures_spread *spread) {
     if (!context->has_spread) {
         return result_figures_spread(context->result, spread);
     }

@@ -95,7 +95,7 @@ struct reconstruct_context {
     double depth_sigma_common_mm;
 
     bool has_spread;  // `spread` is that of the result; else it is computed where it is needed
-    struct result_figures_quantiles spread;
+    struct surface_figures_spread spread;
 
     bool metric;  // false: focal length or baseline are assumed, lengths are not real millimetres
     int shrink;   // integer factor by which the reader shrank the images; 1: not shrunk
@@ -131,7 +131,7 @@ void reconstruct_context_warn(struct reconstruct_context *context, const char *f
 
 /// Quantiles of the result, which must have points, as by result_figures_spread.
 bool reconstruct_context_spread(const struct reconstruct_context *context,
-                                struct result_figures_quantiles *spread);
+                                struct surface_figures_spread *spread);
 
 /// The surface as written to mesh.ply.
 const struct reconstruct_result *reconstruct_context_ply(const struct reconstruct_context *context);

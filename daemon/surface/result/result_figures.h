@@ -5,17 +5,11 @@
 
 #include <stdbool.h>
 
-#include "stereo/reconstruct.h"
+#include "surface/surface_figures.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// Whether the point of this pixel (y * width + x) was not measured: see stereo/fill.h.
-bool result_figures_is_filled(const struct reconstruct_result *result, uint32_t pixel);
-
-/// Number of points without the filled ones.
-uint32_t result_figures_measured_count(const struct reconstruct_result *result);
 
 /// Smallest box around the measured points in mm, left camera frame. Needs at least one point.
 struct result_figures_box {
@@ -26,24 +20,10 @@ struct result_figures_box result_figures_bounds(const struct reconstruct_result 
 /// Pixels of the rectified left image that were measured, in percent of all.
 double result_figures_density_percent(const struct reconstruct_result *result);
 
-enum { RESULT_FIGURES_QUANTILES = 3 };
-
-/// Quantiles of depth and sigma of the measured points; extreme values would be dominated by single
-/// points.
-struct result_figures_quantiles {
-    double depth_mm[RESULT_FIGURES_QUANTILES];  // quantiles for 1 %, 50 % and 99 % of the points
-    double sigma_mm[RESULT_FIGURES_QUANTILES];  // quantiles for 5 %, 50 % and 95 % of the points
-};
-
-/// Needs at least one point. False if out of memory (`spread` is unchanged).
+/// The spread of all measured points, of which there is at least one. False if out of memory
+/// (`spread` is unchanged).
 bool result_figures_spread(const struct reconstruct_result *result,
-                           struct result_figures_quantiles *spread);
-
-/// The same of the measured points with depths from near_um to far_um, inclusive, of which there
-/// are `points`, at least one.
-bool result_figures_spread_within(const struct reconstruct_result *result, int32_t near_um,
-                                  int32_t far_um, uint32_t points,
-                                  struct result_figures_quantiles *spread);
+                           struct surface_figures_spread *spread);
 
 /// Why the rows of the rectified images do not correspond as they do with a matching calibration:
 /// by the median, or by a trend over the image, whose 95th percentile shows what the median hides.

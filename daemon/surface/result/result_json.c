@@ -227,7 +227,7 @@ static void print_surface(const struct reconstruct_context *context, struct json
     json_reals(json, "min", bounds.min_mm, 3, 9);
     json_reals(json, "max", bounds.greatest_mm, 3, 9);
     json_close_object(json);
-    struct result_figures_quantiles spread;
+    struct surface_figures_spread spread;
     if (!reconstruct_context_spread(context, &spread)) {
         return;
     }

@@ -51,7 +51,7 @@ static const uint8_t *colour_of(const struct surface_file *self, uint32_t pixel)
 static void put_points(void *cookie, const struct surface_part *part) {
     struct surface_file *self = cookie;
     for (uint32_t vertex = 0; vertex < part->vertex_count; vertex++) {
-        if (result_figures_is_filled(self->result, part->vertex_pixel[vertex])) {
+        if (surface_figures_is_filled(self->result, part->vertex_pixel[vertex])) {
             continue;
         }
         const struct triangulate_point *point = &part->points[vertex];
@@ -71,7 +71,7 @@ static void put_points(void *cookie, const struct surface_part *part) {
 int write_pcd(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = context->result;
-    const uint32_t points = result_figures_measured_count(result);
+    const uint32_t points = surface_figures_measured_count(result);
     struct surface_file self = {.result = result, .unit_um = reconstruct_context_unit_um(context)};
     output_file_open(&self.file, path);
     if (self.file.stream != NULL) {
@@ -150,7 +150,7 @@ static void put_vertices(void *cookie, const struct surface_part *part) {
         output_file_put_f32(bytes + 27, (float)point->sigma_um / unit_um);
         output_file_put_f32(bytes + 31, (float)point->miss_um / unit_um);
         bytes[WRITE_PLY_VERTEX_BYTES - 1] =
-            result_figures_is_filled(self->result, part->vertex_pixel[vertex]);
+            surface_figures_is_filled(self->result, part->vertex_pixel[vertex]);
         output_file_write(&self->file, bytes, sizeof bytes - (self->filled ? 0 : 1));
     }
 }

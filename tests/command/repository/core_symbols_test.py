@@ -16,7 +16,7 @@ import unittest
 ROOT = os.environ["VERGENCE_SOURCE"]
 # firmware/system holds no library: it is what the board's system is built of.
 CORE = "core", "stereo"
-FOLDERS = *CORE, "device", "focus", "measure", "rig", "console"
+FOLDERS = *CORE, "device", "focus", "measure", "rig", "console", "surface"
 FLAGS = ["-std=c11", "-O2", "-ffp-contract=off", "-fno-pic", "-I", os.path.join(ROOT, "firmware"),
          "-I", os.path.join(ROOT, "fpga", "generated"), "-c"]
 # The objects are the same each time, so unchanged sources need not be recompiled.

@@ -168,7 +168,7 @@ int write_png_depth(const reconstruct_context *context, const char *path, messag
             const uint32_t end = begin + static_cast<uint32_t>(width);
             for (; vertex < result.vertex_count && result.vertex_pixel[vertex] < end; vertex++) {
                 INVARIANT(result.vertex_pixel[vertex] >= begin);
-                if (result_figures_is_filled(&result, result.vertex_pixel[vertex])) {
+                if (surface_figures_is_filled(&result, result.vertex_pixel[vertex])) {
                     continue;
                 }
                 const long z_mm = std::lround(result.points[vertex].z_um / 1000.0);

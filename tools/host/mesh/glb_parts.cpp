@@ -128,8 +128,8 @@ void set_filled(const reconstruct_result &mesh, glb_part *part) {
     *part = make_part(glb_u8, "SCALAR", false, mesh.vertex_count, 4);
     for (std::size_t i = 0; i < part->count; i++) {
         put(part, i, 0,
-            static_cast<std::uint8_t>(result_figures_is_filled(&mesh, mesh.vertex_pixel[i]) ? 1
-                                                                                            : 0));
+            static_cast<std::uint8_t>(surface_figures_is_filled(&mesh, mesh.vertex_pixel[i]) ? 1
+                                                                                             : 0));
     }
 }
 

@@ -88,7 +88,7 @@ std::vector<bool> mesh_distance_joined(const reconstruct_result &full) {
     std::vector<bool> joined(full.vertex_count, false);
     for (std::uint32_t i = 0; i < full.triangle_count; i++) {
         for (const std::uint32_t vertex : full.triangles[i]) {
-            joined[vertex] = !result_figures_is_filled(&full, full.vertex_pixel[vertex]);
+            joined[vertex] = !surface_figures_is_filled(&full, full.vertex_pixel[vertex]);
         }
     }
     return joined;

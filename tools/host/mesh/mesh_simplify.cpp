@@ -164,7 +164,7 @@ double default_tolerance_px(const reconstruct_result &full) {
     for (std::uint32_t i = 0; i < full.vertex_count; i++) {
         const std::uint32_t pixel = full.vertex_pixel[i];
         const auto width = static_cast<std::uint32_t>(full.left.width);
-        if (result_figures_is_filled(&full, pixel)) {
+        if (surface_figures_is_filled(&full, pixel)) {
             continue;  // has no prediction
         }
         counts[subpixel_sigma_q8(
@@ -172,7 +172,7 @@ double default_tolerance_px(const reconstruct_result &full) {
     }
     std::uint32_t median = 0;
     for (std::uint64_t seen = 0;
-         2 * (seen += counts[median]) < result_figures_measured_count(&full);) {
+         2 * (seen += counts[median]) < surface_figures_measured_count(&full);) {
         median++;
     }
     // 0: no prediction.

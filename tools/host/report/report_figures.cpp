@@ -44,7 +44,7 @@ report_histogram histogram_of(const std::vector<double> &sorted_mm, std::size_t 
 void collect_lengths(const reconstruct_result &result, report_figures *figures) {
     std::vector<double> depths_mm, sigmas_mm;
     for (std::uint32_t i = 0; i < result.vertex_count; i++) {
-        if (result_figures_is_filled(&result, result.vertex_pixel[i])) {
+        if (surface_figures_is_filled(&result, result.vertex_pixel[i])) {
             continue;
         }
         depths_mm.push_back(1e-3 * result.points[i].z_um);

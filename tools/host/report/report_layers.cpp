@@ -143,7 +143,7 @@ std::string report_layers_pack(const reconstruct_result &result, const report_tr
     std::vector<unsigned char> sigma_code(static_cast<std::size_t>(result.left.width) *
                                           static_cast<std::size_t>(result.left.height));
     for (std::uint32_t i = 0; i < result.vertex_count; i++) {
-        if (result_figures_is_filled(&result, result.vertex_pixel[i])) {
+        if (surface_figures_is_filled(&result, result.vertex_pixel[i])) {
             continue;
         }
         sigma_code[result.vertex_pixel[i]] =

@@ -75,7 +75,7 @@ std::string report_sections_cards(const reconstruct_context &context,
     std::string cards;
     cards += page_card(
         "Surface",
-        report_text_count(result_figures_measured_count(&result)) + " <small>points</small>",
+        report_text_count(surface_figures_measured_count(&result)) + " <small>points</small>",
         "joined by " + report_text_count(result.triangle_count) + " triangles");
     if (context.options->fill) {
         cards += page_card(

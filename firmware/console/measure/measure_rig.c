@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/measure/measure_rig.h"
+#include "console/measure/measure_rig.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
+#include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/math.h"
@@ -182,21 +182,21 @@ void measure_rig_read_search(const struct rig *rig, const struct measure_step *s
 
 // ---- steps as commands
 
-static char *next_line(struct measure_rig_lines *lines) {
+static struct command_text next_line(struct measure_rig_lines *lines) {
     INVARIANT(lines->count < MEASURE_RIG_LINES_MAX);
-    return lines->line[lines->count++];
+    return command_text_begin(lines->line[lines->count++], MEASURE_RIG_LINE_BYTES);
 }
 
 // Moves both lenses, at once where they go to the same position.
 static void add_move(const char *axis, const int32_t position[RIG_SIDES],
                      struct measure_rig_lines *lines) {
-    if (position[RIG_LEFT] == position[RIG_RIGHT]) {
-        snprintf(next_line(lines), MEASURE_RIG_LINE_BYTES, "%s %d", axis, (int)position[RIG_LEFT]);
-        return;
-    }
-    for (int side = 0; side < RIG_SIDES; side++) {
-        snprintf(next_line(lines), MEASURE_RIG_LINE_BYTES, "%s %d side=%s", axis,
-                 (int)position[side], rig_side_names[side]);
+    const bool same = position[RIG_LEFT] == position[RIG_RIGHT];
+    for (int side = 0; side < (same ? 1 : RIG_SIDES); side++) {
+        struct command_text line = next_line(lines);
+        command_text_print(&line, "%s %d", axis, (int)position[side]);
+        if (!same) {
+            command_text_join(&line, " side=", rig_side_names[side]);
+        }
     }
 }
 
@@ -232,13 +232,11 @@ static void add_iris(const struct rig *rig, double f_number, struct measure_rig_
 }
 
 // A square around a place, on the sensor and with even corners.
-static void add_region(double x_px, double y_px, double size_px, char *line) {
-    const size_t used = strlen(line);
+static void add_region(double x_px, double y_px, double size_px, struct command_text *line) {
     const int size = (int)size_px / 2 * 2;
     const int column = (int)math_max(0, math_min(MT9T001_WIDTH_PX - size, x_px - size / 2.0));
     const int row = (int)math_max(0, math_min(MT9T001_HEIGHT_PX - size, y_px - size / 2.0));
-    snprintf(line + used, MEASURE_RIG_LINE_BYTES - used, " region=%d,%d,%d,%d", column / 2 * 2,
-             row / 2 * 2, size, size);
+    command_text_print(line, " region=%d,%d,%d,%d", column / 2 * 2, row / 2 * 2, size, size);
 }
 
 // A search for both sides with one region between the places, or for one side after the other
@@ -249,18 +247,18 @@ static void add_search(const char *command, const struct measure_step *step, dou
     const bool close = fabs(place[0][0] - place[1][0]) < size_px / 3 &&
                        fabs(place[0][1] - place[1][1]) < size_px / 3;
     if (close || !step->has_place) {
-        char *line = next_line(lines);
-        snprintf(line, MEASURE_RIG_LINE_BYTES, "%s", command);
+        struct command_text line = next_line(lines);
+        command_text_add(&line, command);
         if (step->has_place) {
             add_region((place[0][0] + place[1][0]) / 2, (place[0][1] + place[1][1]) / 2, size_px,
-                       line);
+                       &line);
         }
         return;
     }
     for (int side = 0; side < RIG_SIDES; side++) {
-        char *line = next_line(lines);
-        snprintf(line, MEASURE_RIG_LINE_BYTES, "%s side=%s", command, rig_side_names[side]);
-        add_region(place[side][0], place[side][1], size_px, line);
+        struct command_text line = next_line(lines);
+        command_text_join(&line, command, " side=", rig_side_names[side]);
+        add_region(place[side][0], place[side][1], size_px, &line);
     }
 }
 
@@ -275,35 +273,36 @@ static void add_light(const struct measure_step *step, double size_px,
 
 static void add_capture(const struct measure_step *step, const char *session,
                         struct measure_rig_lines *lines) {
-    char *line = next_line(lines);
-    int used = session != NULL
-                   ? snprintf(line, MEASURE_RIG_LINE_BYTES, "capture %s add=yes readings=%d",
-                              session, PAIR_READINGS)
-                   : snprintf(line, MEASURE_RIG_LINE_BYTES, "capture readings=%d", PAIR_READINGS);
-    INVARIANT(used > 0 && used < MEASURE_RIG_LINE_BYTES - 32);
+    struct command_text line = next_line(lines);
+    command_text_add(&line, "capture");
+    if (session != NULL) {
+        command_text_join(&line, " ", session, " add=yes");
+    }
+    command_text_print(&line, " readings=%d", PAIR_READINGS);
     if (step->phase == MEASURE_PAIR) {  // merged frames are compared anyway
-        used += snprintf(line + used, (size_t)(MEASURE_RIG_LINE_BYTES - used), " static=yes");
+        command_text_add(&line, " static=yes");
     }
     if (step->bracket > 0) {
-        snprintf(line + used, (size_t)(MEASURE_RIG_LINE_BYTES - used), " bracket=%u",
-                 step->bracket);
+        command_text_print(&line, " bracket=%u", step->bracket);
     } else if (step->average > 0) {
-        snprintf(line + used, (size_t)(MEASURE_RIG_LINE_BYTES - used), " average=%u",
-                 step->average);
+        command_text_print(&line, " average=%u", step->average);
     }
 }
 
 void measure_rig_lines_of(const struct rig *rig, const struct measure_step *step,
                           const char *session, double size_px, struct measure_rig_lines *lines) {
+    struct command_text line;
     lines->count = 0;
     switch (step->kind) {
         case MEASURE_STEP_BRINGUP:
-            snprintf(next_line(lines), MEASURE_RIG_LINE_BYTES, "bringup");
+            line = next_line(lines);
+            command_text_add(&line, COMMANDS_BRINGUP);
             break;
         case MEASURE_STEP_AIM:
-            snprintf(next_line(lines), MEASURE_RIG_LINE_BYTES, "pan %.4f right=%.4f",
-                     step->axes.side[RIG_LEFT].pan_rad * MATH_DEGREE_PER_RAD,
-                     step->axes.side[RIG_RIGHT].pan_rad * MATH_DEGREE_PER_RAD);
+            line = next_line(lines);
+            command_text_print(&line, "pan %.4f right=%.4f",
+                               step->axes.side[RIG_LEFT].pan_rad * MATH_DEGREE_PER_RAD,
+                               step->axes.side[RIG_RIGHT].pan_rad * MATH_DEGREE_PER_RAD);
             break;
         case MEASURE_STEP_ZOOM:
         case MEASURE_STEP_FOCUS:

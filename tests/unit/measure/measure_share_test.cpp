@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much of the subject a surface shows: drawn surfaces of a disc before a wall.
-#include "daemon/measure/measure_share.h"
+#include "console/measure/measure_share.h"
 
 #include <doctest/doctest.h>
 
@@ -16,6 +16,15 @@ bool on_disc(int x, int y) {
     const int dx = x - kWidth / 2, dy = y - kHeight / 2;
     return dx * dx + dy * dy < kRadius * kRadius;
 }
+
+/// As much memory as it takes.
+struct lent {
+    explicit lent(const reconstruct_result &result) : bytes(measure_share_need_bytes(&result)) {
+        arena_init(&memory, bytes.data(), bytes.size());
+    }
+    std::vector<uint8_t> bytes;
+    arena memory{};
+};
 
 /// A surface that is kept, with points that are 1 mm deep for each 640 px across.
 struct drawn {
@@ -50,9 +59,10 @@ struct drawn {
         result.vertex_count = static_cast<uint32_t>(points.size());
     }
 
-    measure_share share(measure_depths depths = {kSubjectUm - 1000, kSubjectUm + 100000}) {
+    measure_share share(surface_figures_depths depths = {kSubjectUm - 1000, kSubjectUm + 100000}) {
         measure_share found;
-        REQUIRE(measure_share_of(&result, &depths, &found));
+        lent memory(result);
+        REQUIRE(measure_share_of(&result, &depths, &memory.memory, &found));
         return found;
     }
 };
@@ -119,7 +129,8 @@ TEST_CASE("the subject is found in the whole surface as in a coarse one") {
     measure_subject_request request{};
     measure_subject subject{};
     drawn surface([](int, int) { return REASON_VALID; });
-    REQUIRE(measure_share_find(&surface.result, &request, &subject));
+    lent memory(surface.result);
+    REQUIRE(measure_share_find(&surface.result, &request, &memory.memory, &subject));
     CHECK(subject.near_um > kSubjectUm * 0.97);
     CHECK(subject.far_um < kSubjectUm * 1.06);
     drawn nothing([](int x, int y) { return on_disc(x, y) ? REASON_NO_TEXTURE : REASON_VALID; });

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/measure/measure_share.h"
+#include "console/measure/measure_share.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/invariant.h"
@@ -28,20 +27,26 @@ static void keep_coarse(void *cookie, const struct surface_part *part) {
     }
 }
 
-bool measure_share_find(const struct reconstruct_result *result,
-                        const struct measure_subject_request *request,
-                        struct measure_subject *subject) {
+static struct coarse coarse_of(const struct reconstruct_result *result) {
     struct coarse coarse = {.width_px = (uint32_t)result->plan.width_px};
     const uint32_t height_px = (uint32_t)result->plan.height_px;
     coarse.step = (coarse.width_px + COARSE_PX - 1) / COARSE_PX;
     coarse.room = (coarse.width_px / coarse.step + 1) * (height_px / coarse.step + 1);
-    coarse.points = calloc(coarse.room, sizeof *coarse.points);
+    return coarse;
+}
+
+bool measure_share_find(const struct reconstruct_result *result,
+                        const struct measure_subject_request *request, struct arena *arena,
+                        struct measure_subject *subject) {
+    const size_t mark = arena_mark(arena);
+    struct coarse coarse = coarse_of(result);
+    coarse.points = arena_take(arena, coarse.room, sizeof *coarse.points);
     if (coarse.points == NULL) {
         return false;
     }
     surface_walk(result, SURFACE_POINTS, keep_coarse, &coarse);
     const bool found = measure_subject_find(coarse.points, coarse.count, request, subject);
-    free(coarse.points);
+    arena_release(arena, mark);
     return found;
 }
 
@@ -80,7 +85,7 @@ static uint32_t continue_line(struct line *line, enum kind kind) {
 
 struct pixels {
     const struct reconstruct_result *result;
-    const struct measure_depths *depths;
+    const struct surface_figures_depths *depths;
     struct line *column;
     bool *within;  // the pixels of the row: whether their points are in the subject's depths
     uint32_t row, measured, row_missed, column_missed;
@@ -138,16 +143,19 @@ static enum reason most_of(const uint32_t *reason_count) {
     return most;
 }
 
-bool measure_share_of(const struct reconstruct_result *result, const struct measure_depths *depths,
+bool measure_share_of(const struct reconstruct_result *result,
+                      const struct surface_figures_depths *depths, struct arena *arena,
                       struct measure_share *share) {
-    const size_t width = (size_t)result->plan.width_px;
+    const size_t width = (size_t)result->plan.width_px, mark = arena_mark(arena);
     struct pixels pixels = {.result = result,
                             .depths = depths,
-                            .column = calloc(width, sizeof *pixels.column),
-                            .within = calloc(width, sizeof *pixels.within)};
+                            .column = arena_take(arena, width, sizeof *pixels.column),
+                            .within = arena_take(arena, width, sizeof *pixels.within)};
     memset(share, 0, sizeof *share);
     bool ok = pixels.column != NULL && pixels.within != NULL;
     if (ok) {
+        memset(pixels.column, 0, width * sizeof *pixels.column);
+        memset(pixels.within, 0, width * sizeof *pixels.within);
         surface_walk(result, SURFACE_POINTS, take_points, &pixels);
         while (pixels.row < (uint32_t)result->plan.height_px) {
             end_row(&pixels);
@@ -157,10 +165,18 @@ bool measure_share_of(const struct reconstruct_result *result, const struct meas
             pixels.row_missed > pixels.column_missed ? pixels.row_missed : pixels.column_missed;
         share->hole = most_of(pixels.reason_count);
         ok = pixels.measured == 0 ||
-             result_figures_spread_within(result, depths->near_um, depths->far_um, pixels.measured,
-                                          &share->spread);
+             surface_figures_find_spread(result, depths, pixels.measured, arena, &share->spread);
     }
-    free(pixels.column);
-    free(pixels.within);
+    arena_release(arena, mark);
     return ok;
+}
+
+size_t measure_share_need_bytes(const struct reconstruct_result *result) {
+    const size_t width = (size_t)result->plan.width_px;
+    const size_t coarse =
+        arena_need_bytes(coarse_of(result).room, sizeof(struct triangulate_point));
+    const size_t lines = arena_need_bytes(width, sizeof(struct line)) +
+                         arena_need_bytes(width, sizeof(bool)) +
+                         surface_figures_spread_need_bytes();
+    return coarse > lines ? coarse : lines;
 }

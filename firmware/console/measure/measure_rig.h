@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The rig for a measurement: what it is, where it is, and each step as commands of the console, so
 /// that a recording has nothing else.
-#ifndef VERGENCE_DAEMON_MEASURE_MEASURE_RIG_H
-#define VERGENCE_DAEMON_MEASURE_MEASURE_RIG_H
+#ifndef VERGENCE_CONSOLE_MEASURE_MEASURE_RIG_H
+#define VERGENCE_CONSOLE_MEASURE_MEASURE_RIG_H
 
 #include "console/command.h"
 #include "console/pair/calibration_match.h"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/measure/measure_look.h"
+#include "console/measure/measure_look.h"
 
 #include <math.h>
 
+#include "console/measure/measure_share.h"
 #include "core/math.h"
 #include "measure/measure_tuning.h"
 #include "stereo/geometry/geometry.h"
@@ -43,10 +44,10 @@ static struct measure_ray ray_of_middle(const struct calibration *calibration) {
 }
 
 // Where the right camera sees a point of the left camera's frame, px of the whole sensor.
-static bool project_right(const struct reconstruct_context *context,
-                          const struct pair_window *window, const double left_mm[3],
+static bool project_right(const struct measure_surface *surface, const double left_mm[3],
                           double right_px[2]) {
-    const struct calibration *calibration = context->calibration;
+    const struct calibration *calibration = surface->calibration;
+    const struct pair_window *window = &surface->frames[RIG_RIGHT].window;
     double R_right_left[9], right_mm[3];
     geometry_rotation_from_vector(calibration->rotation_right_left_rad, R_right_left);
     geometry_rotate(R_right_left, left_mm, right_mm);
@@ -57,7 +58,7 @@ static bool project_right(const struct reconstruct_context *context,
         return false;
     }
     for (int i = 0; i < 2; i++) {
-        right_px[i] = (right_px[i] + 0.5) * context->shrink - 0.5;
+        right_px[i] = (right_px[i] + 0.5) * surface->shrink - 0.5;
     }
     if (window->skip > 0) {
         const struct calibration_window part = {window->column_px, window->row_px, window->skip};
@@ -66,14 +67,14 @@ static bool project_right(const struct reconstruct_context *context,
     return true;
 }
 
-void measure_look_prepare(const struct measure_step *step, const struct pair_frame frames[2],
-                          struct reconstruct_request *request) {
-    *request = reconstruct_request_defaults();
-    request->scale = math_min(1, width_px / frames[RIG_LEFT].image.width_px);
-    // A small subject alone has too few pixels to count as a surface: what is behind it, too.
-    request->depth_mm[0] = step->near_mm > 0 ? math_min(step->near_mm, nearest_mm) : nearest_mm;
-    request->depth_mm[1] = (double)INFINITY;
-    (void)reconstruct_request_check_search(request);  // they are in order
+void measure_look_prepare(const struct measure_step *step, const struct pair_frame *left,
+                          struct measure_search *search) {
+    *search = (struct measure_search){
+        .scale = math_min(1, width_px / left->image.width_px),
+        // A small subject alone has too few pixels to count as a surface: what is behind it, too.
+        .near_mm = step->near_mm > 0 ? math_min(step->near_mm, nearest_mm) : nearest_mm,
+        .far_mm = (double)INFINITY,
+    };
 }
 
 // Sets the width by what is wanted of the picture.
@@ -92,26 +93,26 @@ static void set_width(struct look *self, const struct measure_request *request,
 }
 
 // The ray at the place that the request asks for, else through the middle.
-static bool find_ray(const struct reconstruct_context *context, const struct measure *machine,
+static bool find_ray(const struct measure_surface *surface, const struct measure *machine,
                      const struct zoom_state *axes, const struct measure_place *place,
                      struct measure_ray *ray) {
     if (machine->request.has_place) {
         return measure_place_ray(place, machine->instrument.calibration, axes, ray);
     }
-    *ray = ray_of_middle(context->calibration);
+    *ray = ray_of_middle(surface->calibration);
     return true;
 }
 
-bool measure_look_at(const struct reconstruct_context *context, const struct pair_frame frames[2],
-                     const struct measure *machine, const struct measure_step *step,
-                     const struct measure_place *place, struct measure_event *event) {
-    const struct reconstruct_result *result = context->result;
+bool measure_look_at(const struct measure_surface *surface, const struct measure *machine,
+                     const struct measure_step *step, const struct measure_place *place,
+                     struct measure_event *event) {
+    const struct reconstruct_result *result = surface->result;
     const struct zoom_calibration *calibration = machine->instrument.calibration;
     struct look look = {.width_mm = 0};
-    if (!find_ray(context, machine, &machine->axes, place, &look.ray)) {
+    if (!find_ray(surface, machine, &machine->axes, place, &look.ray)) {
         return false;
     }
-    set_width(&look, &machine->request, calibration, &frames[RIG_LEFT]);
+    set_width(&look, &machine->request, calibration, &surface->frames[RIG_LEFT]);
     struct measure_subject_request request = {
         .ray = look.ray,
         .half_um = look.width_per_mm > 0 ? 0 : to_um(look.width_mm / 2),
@@ -137,24 +138,25 @@ bool measure_look_at(const struct reconstruct_context *context, const struct pai
     event->subject.near_mm = subject.near_um / um_per_mm;
     event->subject.far_mm = subject.far_um / um_per_mm;
     event->subject.width_mm = subject.width_um / um_per_mm;
-    return project_right(context, &frames[RIG_RIGHT].window, left_mm, event->subject.right_px);
+    return project_right(surface, left_mm, event->subject.right_px);
 }
 
-struct measure_depths measure_look_depths(const struct reconstruct_context *context,
-                                          const struct measure *machine,
-                                          const struct measure_place *place) {
-    struct measure_depths depths = {0, INT32_MAX};
+struct surface_figures_depths measure_look_depths(const struct measure_surface *surface,
+                                                  const struct measure *machine,
+                                                  const struct measure_place *place,
+                                                  struct arena *arena) {
+    struct surface_figures_depths depths = {0, INT32_MAX};
     const bool known = machine->near_mm > 0 && machine->far_mm > 0;
     if (known) {
-        depths = (struct measure_depths){to_um(machine->near_mm), to_um(machine->far_mm)};
+        depths = (struct surface_figures_depths){to_um(machine->near_mm), to_um(machine->far_mm)};
     }
     struct measure_subject_request request = {
         .near_um = to_um(machine->request.near_mm),
         .far_um = to_um(machine->request.far_mm),
     };
     struct measure_subject subject;
-    if (!find_ray(context, machine, &machine->pair_axes, place, &request.ray) ||
-        !measure_share_find(context->result, &request, &subject)) {
+    if (!find_ray(surface, machine, &machine->pair_axes, place, &request.ray) ||
+        !measure_share_find(surface->result, &request, arena, &subject)) {
         return depths;
     }
     // Each pair has an error that all of its depths share.
@@ -162,5 +164,5 @@ struct measure_depths measure_look_depths(const struct reconstruct_context *cont
     const int32_t middle_um = subject.middle_um[2];
     const bool other =
         middle_um < depths.near_um - margin_um || (known && middle_um > depths.far_um + margin_um);
-    return other ? depths : (struct measure_depths){subject.near_um, subject.far_um};
+    return other ? depths : (struct surface_figures_depths){subject.near_um, subject.far_um};
 }

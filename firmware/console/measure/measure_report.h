@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What a measurement decided and found, as the answer of `measure`.
-#ifndef VERGENCE_DAEMON_MEASURE_MEASURE_REPORT_H
-#define VERGENCE_DAEMON_MEASURE_MEASURE_REPORT_H
+#ifndef VERGENCE_CONSOLE_MEASURE_MEASURE_REPORT_H
+#define VERGENCE_CONSOLE_MEASURE_MEASURE_REPORT_H
 
 #include <stdint.h>
 
 #include "console/command.h"
-#include "daemon/measure/measure_share.h"
-#include "daemon/surface/result/reconstruct_context.h"
+#include "console/measure/measure_surface.h"
+#include "core/arena.h"
 #include "measure/measure.h"
 #include "rig/pair_frame.h"
 
@@ -23,7 +23,7 @@ struct measure_report_step {
     char failed[MEASURE_REPORT_TEXT_BYTES];  ///< why it failed; "": it did not
 };
 
-/// Large: allocate it zeroed.
+/// Zeroed before. Large: not for a stack.
 struct measure_report {
     struct measure_report_step step[MEASURE_REPORT_STEPS_MAX];
     int steps;
@@ -34,10 +34,10 @@ struct measure_report {
     uint32_t exposure_us[PAIR_PARTS_MAX];  ///< of the pair's left frame
     int exposures;
     // Of the surface:
-    char result[300];  ///< its directory; "": there is none
+    char result[MEASURE_SURFACE_NAME_BYTES];  ///< its directory; "": there is none
     uint32_t points, reason_count[REASON_COUNT];
-    double depth_mm[RESULT_FIGURES_QUANTILES];  ///< of the subject: 1 %, 50 %, 99 %
-    double scale;                               ///< of the pictures that it was computed from
+    double depth_mm[SURFACE_FIGURES_QUANTILES];  ///< of the subject: 1 %, 50 %, 99 %
+    double scale;                                ///< of the pictures that it was computed from
 };
 
 /// Notes the next step. NULL: there are too many.
@@ -49,26 +49,30 @@ void measure_report_pair(struct measure_report *self, enum measure_phase phase,
                          const struct pair_frame *left, double f_number);
 
 /// Takes over a surface: here and into the event, whose figures are of the subject, at these
-/// depths. Takes about as long as a stage of the reconstruction.
-void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
-                            const struct measure_depths *depths, struct measure_event *event);
+/// depths. The arena has measure_share_need_bytes. Takes about as long as a stage of the
+/// reconstruction.
+void measure_report_surface(struct measure_report *self, const struct measure_surface *surface,
+                            const struct surface_figures_depths *depths, struct arena *arena,
+                            struct measure_event *event);
 
-/// Why a pair has no surface, and what to do if that is known.
-void measure_report_no_surface(const struct reconstruct_context *context,
-                               const struct measure_request *request, char *text, size_t size);
+/// Why a pair has no surface although its pictures are good, and what to do.
+void measure_report_no_surface(const struct reconstruct_result *result,
+                               const struct measure_request *request, struct command_text *text);
 
 /// That a surface does not show the subject.
-void measure_report_no_subject(const struct measure_request *request, char *text, size_t size);
+void measure_report_no_subject(const struct measure_request *request, struct command_text *text);
 
 /// Why there is no surface (`why`, "": the error alone says it), and what can be done: in one line.
+/// `session`: what has the pairs; NULL: none.
 void measure_report_failure(const struct measure_report *self, const struct measure_result *result,
-                            const char *session, const char *why, char *text, size_t size);
+                            const char *session, const char *why, struct command_text *text);
 
 /// Adds the steps of a plan and what it expects to an answer.
 void measure_report_put_plan(const struct measure_report *self, const struct command_call *call,
                              const struct measure_result *result);
 
-/// Adds everything to an answer. `name`: as the user gave it; `session`: what has the pairs.
+/// Adds everything to an answer. `name`: as the user gave it; `session`: what has the pairs; NULL:
+/// none.
 void measure_report_put(const struct measure_report *self, const struct command_call *call,
                         const char *name, const char *session,
                         const struct measure_request *request, const struct measure_result *result);

@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/measure/measure_report.h"
+#include "console/measure/measure_report.h"
 
-#include <stdio.h>
 #include <string.h>
 
+#include "console/measure/measure_request.h"
+#include "console/measure/measure_share.h"
 #include "console/measure_text.h"
 #include "core/error.h"
-#include "daemon/measure/measure_request.h"
-#include "daemon/surface/reconstruct_pictures.h"
 #include "measure/measure_tuning.h"
 
-enum { SENTENCE_BYTES = 1024, KEY_BYTES = 40 };
+enum {
+    SENTENCE_BYTES = 1024,
+    WISH_BYTES = 160,
+    KEY_BYTES = 40,
+    SESSION_SHOWN = 60,
+    WHY_SHOWN = 600
+};
 
 struct measure_report_step *measure_report_add(struct measure_report *self,
                                                const struct measure_step *step, double at_s) {
@@ -37,23 +42,24 @@ void measure_report_pair(struct measure_report *self, enum measure_phase phase,
     }
 }
 
-void measure_report_surface(struct measure_report *self, const struct reconstruct_context *context,
-                            const struct measure_depths *depths, struct measure_event *event) {
-    const struct reconstruct_result *result = context->result;
+void measure_report_surface(struct measure_report *self, const struct measure_surface *surface,
+                            const struct surface_figures_depths *depths, struct arena *arena,
+                            struct measure_event *event) {
+    const struct reconstruct_result *result = surface->result;
     struct measure_share share;
-    self->points = result_figures_measured_count(result);
+    self->points = surface_figures_measured_count(result);
     for (int reason = 0; reason < REASON_COUNT; reason++) {
         self->reason_count[reason] = result->reason_count[reason];
     }
-    if (!measure_share_of(result, depths, &share) || share.measured == 0) {
-        share.spread = context->spread;  // the subject is not there: what is, then
+    if (!measure_share_of(result, depths, arena, &share) || share.measured == 0) {
+        share.spread = surface->spread;  // the subject is not there: what is, then
     }
     memcpy(self->depth_mm, share.spread.depth_mm, sizeof self->depth_mm);
     event->surface.depth_mm = share.spread.depth_mm[1];
     event->surface.sigma_mm = share.spread.sigma_mm[1];
-    event->surface.common_mm = context->depth_sigma_common_mm;
-    if (context->spread.depth_mm[1] > 0) {
-        const double nearer = event->surface.depth_mm / context->spread.depth_mm[1];
+    event->surface.common_mm = surface->common_mm;
+    if (surface->spread.depth_mm[1] > 0) {
+        const double nearer = event->surface.depth_mm / surface->spread.depth_mm[1];
         event->surface.common_mm *= nearer * nearer;
     }
     const double pixels = (double)share.measured + share.missed;
@@ -61,54 +67,59 @@ void measure_report_surface(struct measure_report *self, const struct reconstruc
     event->surface.hole = event->surface.share < MEASURE_SHARE_WHOLE && share.hole != REASON_VALID
                               ? reason_text((int)share.hole)
                               : NULL;
-    event->surface.with_used = context->with_pair_used;
-    event->misfit =
-        context->self_calibrated && context->self_calibration.health == ADJUST_CALIBRATE;
+    event->surface.with_used = surface->with_used;
+    event->misfit = surface->misfit;
 }
 
-void measure_report_no_surface(const struct reconstruct_context *context,
-                               const struct measure_request *request, char *text, size_t size) {
-    const uint32_t *count = context->result->reason_count;
+void measure_report_no_surface(const struct reconstruct_result *result,
+                               const struct measure_request *request, struct command_text *text) {
+    const uint32_t *count = result->reason_count;
     const uint32_t unmatched =
         count[REASON_OCCLUDED] + count[REASON_NO_TEXTURE] + count[REASON_AMBIGUOUS];
-    struct message cause;
-    if (reconstruct_pictures_explain(context, &cause)) {
-        snprintf(text, size, "%s", cause.text);
-    } else if (count[REASON_OUT_OF_RANGE] > unmatched) {
-        snprintf(text, size, "nothing within the depths searched (state %snear and far)",
-                 request->far_mm > 0 ? "other " : "");
+    if (count[REASON_OUT_OF_RANGE] > unmatched) {
+        command_text_join(text, "nothing within the depths searched (state ",
+                          request->far_mm > 0 ? "other " : "", "near and far)");
     } else {
-        snprintf(text, size,
-                 "no texture in view, as what is blank, transparent or a mirror has none (give it "
-                 "texture)");
+        command_text_add(text,
+                         "no texture in view, as what is blank, transparent or a mirror has none "
+                         "(give it texture)");
     }
 }
 
-void measure_report_no_subject(const struct measure_request *request, char *text, size_t size) {
-    char depths[60] = "";
+void measure_report_no_subject(const struct measure_request *request, struct command_text *text) {
+    command_text_join(text, "nothing with texture ",
+                      request->has_place ? "at that place" : "in the middle of the view");
     if (request->far_mm > 0) {
-        snprintf(depths, sizeof depths, ", from %.0f to %.0f mm", request->near_mm,
-                 request->far_mm);
+        command_text_print(text, ", from %.0f to %.0f mm", request->near_mm, request->far_mm);
     }
-    snprintf(text, size, "nothing with texture %s%s (aim at it, or give it texture)",
-             request->has_place ? "at that place" : "in the middle of the view", depths);
+    command_text_add(text, " (aim at it, or give it texture)");
+}
+
+static void add_part(struct command_text *text, const char *added, size_t most) {
+    for (size_t i = 0; i < most && added[i] != '\0'; i++) {
+        command_text_print(text, "%s", (const char[]){added[i], '\0'});
+    }
 }
 
 void measure_report_failure(const struct measure_report *self, const struct measure_result *result,
-                            const char *session, const char *why, char *text, size_t size) {
+                            const char *session, const char *why, struct command_text *text) {
     static const char own[] = "measure: ";  // of what is checked for this command, too
     const size_t lead = strncmp(why, own, sizeof own - 1) == 0 ? sizeof own - 1 : 0;
-    char pairs_left[256] = "";
-    if (self->captures > 0) {
-        snprintf(pairs_left, sizeof pairs_left, "; %.60s has %u pair%s (\"reconstruct %.60s\")",
-                 session, self->captures, self->captures > 1 ? "s" : "", session);
-    }
-    snprintf(text, size, "%s: %s%.600s%s", measure_phase_text(result->phase),
-             result->error == ERROR_NO_SURFACE ? "no surface: " : "",
+    command_text_join(text, measure_phase_text(result->phase),
+                      result->error == ERROR_NO_SURFACE ? ": no surface: " : ": ");
+    add_part(text,
              result->error == ERROR_CANCELLED ? "cancelled"
              : why[0] != '\0'                 ? why + lead
                                               : error_text(result->error),
-             pairs_left);
+             WHY_SHOWN);
+    if (self->captures > 0 && session != NULL) {
+        command_text_add(text, "; ");
+        add_part(text, session, SESSION_SHOWN);
+        command_text_print(text, " has %u pair%s (\"reconstruct ", self->captures,
+                           self->captures > 1 ? "s" : "");
+        add_part(text, session, SESSION_SHOWN);
+        command_text_add(text, "\")");
+    }
 }
 
 // ---- the answer
@@ -209,12 +220,13 @@ void measure_report_put(const struct measure_report *self, const struct command_
                         const char *name, const char *session,
                         const struct measure_request *request,
                         const struct measure_result *result) {
-    char wish[SESSION_TEXT_MAX + 1];
+    char wish[WISH_BYTES];
+    struct command_text words = command_text_begin(wish, sizeof wish);
     reply_text(call, "name", name);
-    if (self->captures > 0) {
+    if (self->captures > 0 && session != NULL) {
         reply_text(call, "session", session);
     }
-    measure_request_print(request, "", wish);
+    measure_request_add(&words, request);
     reply_text(call, "wish", wish);
     put_steps(self, call);
     reply_number(call, "seconds", self->seconds, 1, "s");

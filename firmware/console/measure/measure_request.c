@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/measure/measure_request.h"
+#include "console/measure/measure_request.h"
 
-#include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
-
-#include "core/invariant.h"
-#include "core/math.h"
-#include "daemon/session/session_notes.h"
 
 const char *measure_request_make(const struct command_value *values,
                                  struct measure_request *request) {
@@ -38,64 +32,39 @@ const char *measure_request_make(const struct command_value *values,
                : NULL;
 }
 
-static void __attribute__((format(printf, 2, 3)))
-append(char text[SESSION_TEXT_MAX + 1], const char *format, ...) {
-    const size_t used = strlen(text), room = SESSION_TEXT_MAX + 1 - used;
-    va_list values;
-    va_start(values, format);
-    const int length = vsnprintf(text + used, room, format, values);
-    va_end(values);
-    INVARIANT(length >= 0 && (size_t)length < room);
+bool measure_request_needs_zoom(const struct measure_request *request) {
+    return request->wish != MEASURE_WISH_SUBJECT || request->has_place;
 }
 
-void measure_request_print(const struct measure_request *request, const char *before,
-                           char text[SESSION_TEXT_MAX + 1]) {
+// The value of a wish with six digits.
+static void add_value(struct command_text *text, double value) {
+    int decimals = 5;
+    for (double rest = value; rest >= 10 && decimals > 0; rest /= 10) {
+        decimals--;
+    }
+    for (double rest = value; rest < 1 && decimals < COMMAND_TEXT_DECIMALS_MAX; rest *= 10) {
+        decimals++;
+    }
+    command_text_add_number(text, value, decimals);
+}
+
+void measure_request_add(struct command_text *text, const struct measure_request *request) {
     static const char *const words[] = {[MEASURE_WISH_SUBJECT] = "subject",
-                                        [MEASURE_WISH_FIT] = "fit",
-                                        [MEASURE_WISH_DENSITY] = "density",
-                                        [MEASURE_WISH_ZOOM] = "zoom"};
-    text[0] = '\0';
-    append(text, "%s%s", before, words[request->wish]);
+                                        [MEASURE_WISH_FIT] = "fit=",
+                                        [MEASURE_WISH_DENSITY] = "density=",
+                                        [MEASURE_WISH_ZOOM] = "zoom="};
+    command_text_add(text, words[request->wish]);
     if (request->wish != MEASURE_WISH_SUBJECT) {
-        append(text, "=%.6g", request->value);
+        add_value(text, request->value);
     }
     if (request->has_place) {
-        append(text, " at=%d,%d", request->place_px[0], request->place_px[1]);
+        command_text_print(text, " at=%d,%d", request->place_px[0], request->place_px[1]);
     }
     if (request->far_mm > 0) {
-        append(text, " near=%.3f far=%.3f", request->near_mm, request->far_mm);
+        command_text_print(text, " near=%.3f far=%.3f", request->near_mm, request->far_mm);
     }
     if (request->quick) {
-        append(text, " quick=yes");
-    }
-}
-
-void measure_request_surface(const struct measure_step *step, struct reconstruct_request *request) {
-    static const double um_per_mm = 1e3;
-    *request = reconstruct_request_defaults();
-    request->pair = (int)step->pair;
-    request->with_pair = (int)step->with_pair;
-    request->scale = step->scale;
-    request->depth_mm[0] = math_round(step->near_mm * um_per_mm) / um_per_mm;
-    request->depth_mm[1] = math_round(step->far_mm * um_per_mm) / um_per_mm;
-    (void)reconstruct_request_check_search(request);  // they are in order
-}
-
-void measure_request_print_surface(const struct reconstruct_request *request,
-                                   char text[SESSION_TEXT_MAX + 1]) {
-    text[0] = '\0';
-    append(text, SESSION_NOTE_SURFACE "pair=%d", request->pair);
-    if (request->with_pair > 0) {
-        append(text, " with-pair=%d", request->with_pair);
-    }
-    if (request->depth_mm[1] > 0) {
-        append(text, " near=%.3f far=%.3f", request->depth_mm[0], request->depth_mm[1]);
-    }
-    if (request->scale < 1) {
-        append(text, " scale=%.6g", request->scale);
-    }
-    if (request->accept_mismatch) {
-        append(text, " accept-mismatch=yes");
+        command_text_add(text, " quick=yes");
     }
 }
 
