@@ -4,30 +4,18 @@
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_ADJUST_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_ADJUST_H
 
-#include "daemon/base/message.h"
-#include "daemon/session/last_pair.h"
+#include "console/pair/pair_adjust.h"
 #include "daemon/surface/result/reconstruct_context.h"
-#include "stereo/zoom/adjust_pair.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// What is known of the scene of the first pair.
-struct reconstruct_adjust_scene {
-    double near_mm;  // nearest depth; 0: not known. Corners count at all depths beyond it
-    /// A thing of known size, as its left (view 0) and right camera (1) see it; NULL: none.
-    const struct adjust_target *target;
-};
-
-/// Refines the first of `count` pairs, taken in these states; the second, if there is one, is of
-/// the same scene at another zoom, with pan untouched. Returns 0 with the calibration of the frames
-/// as they are and the reports in `context`, or an error with `message` set.
+/// As pair_adjust, with the reports in `context`.
 int reconstruct_adjust(const struct zoom_calibration *zoom, const struct pair *const *pairs,
                        const struct zoom_state *states, int count,
-                       const struct reconstruct_adjust_scene *scene,
-                       struct calibration *calibration, struct reconstruct_context *context,
-                       struct message *message);
+                       const struct pair_adjust_scene *scene, struct calibration *calibration,
+                       struct reconstruct_context *context, struct message *message);
 
 /// Warns of what the pictures did not show, if it matters.
 void reconstruct_adjust_doubt(struct reconstruct_context *context);

@@ -272,7 +272,8 @@ static int adjust(struct reconstruct_session *self, const struct reconstruct_req
         return ERROR_OK;  // the session's own calibration will do
     }
     if (error == ERROR_OK) {
-        const struct reconstruct_adjust_scene scene = {request->depth_mm[0], self->target};
+        const struct pair_adjust_scene scene = {.near_mm = request->depth_mm[0],
+                                                .target = self->target};
         error = reconstruct_adjust(self->zoom, pairs, states, count, &scene, &self->calibration,
                                    context, message);
         self->adjusted = context->self_calibrated = error == ERROR_OK;

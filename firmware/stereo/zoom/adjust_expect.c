@@ -100,6 +100,11 @@ static bool clip_depths(const struct camera_view pair[2], const double direction
     return true;
 }
 
+void adjust_expect_serve(void *context) {
+    const struct adjust_expectation *e = context;
+    adjustment_serve(e->adjustment);
+}
+
 bool adjust_expect(void *context, const double left_px[2], struct sparse_region *region) {
     const struct adjust_expectation *e = context;
     const struct adjust_picture *picture = e->picture;

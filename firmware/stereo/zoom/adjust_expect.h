@@ -33,6 +33,9 @@ struct adjust_expectation {
     double across_px;  // added to what the uncertainty asks for
 };
 
+/// Calls the one who watches the adjustment: a serve of sparse_match.
+void adjust_expect_serve(void *context);
+
 /// `expectation` is a struct adjust_expectation.
 bool adjust_expect(void *expectation, const double left_px[2], struct sparse_region *region);
 

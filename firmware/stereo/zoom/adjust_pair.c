@@ -15,6 +15,7 @@ enum {
     HYPOTHESES = 300,
     SCORED_TRACKS_MAX = 512,  // tracks that count its support
     PASSES = 2,
+    SERVED = 64,       // tracks between two calls of who watches
     CORNER_REACH = 3,  // px of the level by which the corners of the same thing may differ
 };
 
@@ -53,8 +54,8 @@ struct matches {
 static int find_matches(struct matches *m, struct arena *arena) {
     struct adjust_expectation expectation = {m->picture, m->adjustment,
                                              CORNER_REACH * m->corners[1].factor};
-    const int count =
-        sparse_match(&m->corners[0], &m->corners[1], adjust_expect, &expectation, arena, m->pair);
+    const int count = sparse_match(&m->corners[0], &m->corners[1], adjust_expect,
+                                   adjust_expect_serve, &expectation, arena, m->pair);
     m->count = count < 0 ? 0 : count;
     for (int i = 0; i < m->count; i++) {
         struct adjust_track *track = &m->track[i];
@@ -78,6 +79,9 @@ static void linearize(struct matches *m) {
     for (int i = 0; i < m->count; i++) {
         double residual, derivative[ADJUST_TERMS];
         struct adjust_track *track = &m->track[i];
+        if (i % SERVED == 0) {
+            adjustment_serve(adjustment);
+        }
         track->rejected = !adjustment_track_epipolar(adjustment, track, &residual, derivative);
         m->residual[i] = track->rejected ? 1e6F : (float)residual;
         float *effect = m->effect[i];
@@ -159,6 +163,7 @@ static int ransac_inliers(struct matches *m) {
     for (int round = 0; round < HYPOTHESES && m->count >= TRACKS_MIN; round++) {
         int sample[SAMPLE];
         double parts[ADJUST_TERMS_MAX], score = 0;
+        adjustment_serve(m->adjustment);
         for (int i = 0; i < SAMPLE; i++) {
             sample[i] = (int)(next_random(&random) % (uint32_t)m->count);
         }
@@ -253,9 +258,10 @@ static void keep(struct matches *m) {
 }
 
 // ERROR_MEMORY, ERROR_TOO_SMALL.
-static int find_corners(const struct adjust_picture *picture, struct arena *arena,
-                        struct sparse_picture corners[2]) {
+static int find_corners(const struct matches *m, const struct adjust_picture *picture,
+                        struct arena *arena, struct sparse_picture corners[2]) {
     for (int side = 0; side < 2; side++) {
+        adjustment_serve(m->adjustment);
         const int error = sparse_picture_make(&picture->grey[side],
                                               side == 0 ? SPARSE_LEFT_MAX : SPARSE_RIGHT_MAX, arena,
                                               &corners[side]);
@@ -291,13 +297,13 @@ static int reduce(const struct adjust_picture *picture, int factor, struct arena
 
 // Of smooth pictures, which have few corners, those of the reduced ones if these have more.
 static int choose_corners(struct matches *m, struct arena *arena) {
-    int error = find_corners(m->picture, arena, m->corners);
+    int error = find_corners(m, m->picture, arena, m->corners);
     if (error != ERROR_OK || m->corners[0].count >= DISTINCT_MIN) {
         return error;
     }
     struct sparse_picture corners[2];
     error = reduce(m->picture, 2 * m->corners[0].factor, arena, &m->reduced);
-    error = error == ERROR_OK ? find_corners(&m->reduced, arena, corners) : error;
+    error = error == ERROR_OK ? find_corners(m, &m->reduced, arena, corners) : error;
     if (error == ERROR_OK && corners[0].count > m->corners[0].count) {
         m->picture = &m->reduced;
         memcpy(m->corners, corners, sizeof corners);

@@ -14,6 +14,7 @@ enum {
     COLUMNS_MAX = ADJUST_SEEN_MAX * VIEW_TERMS,
     PLACE_STEPS = 3,
     SOLVE_STEPS = 8,
+    TRACKS_SERVED = 64,  // tracks between two calls of who watches
 };
 
 // A pivot below this share of a variance: a value without variance of its own.
@@ -68,6 +69,12 @@ size_t adjustment_need_bytes(int states) {
     const size_t terms = 2 * (size_t)states * VIEW_TERMS;
     return 2 * arena_need_bytes(terms * terms, sizeof(double)) +
            arena_need_bytes(3 * terms * terms, sizeof(double)) + adjust_prior_need_bytes(states);
+}
+
+void adjustment_serve(const struct adjustment *adjustment) {
+    if (adjustment->watch.serve != NULL) {
+        adjustment->watch.serve(adjustment->watch.self);
+    }
 }
 
 // A track's equations at the present views and point: residuals, and derivatives of the predicted
@@ -414,6 +421,9 @@ int adjustment_solve(struct adjustment *adjustment, struct adjust_track *tracks,
         used = 0;
         for (int i = 0; i < count; i++) {
             struct equations e;
+            if (i % TRACKS_SERVED == 0) {
+                adjustment_serve(adjustment);
+            }
             if (tracks[i].rejected || !place_and_reduce(adjustment, &tracks[i], &e)) {
                 continue;
             }

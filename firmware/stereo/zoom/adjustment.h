@@ -15,6 +15,12 @@
 extern "C" {
 #endif
 
+/// Who is called again and again by what takes seconds of a processor without floating point.
+struct adjustment_watch {
+    void (*serve)(void *self);  // NULL: none
+    void *self;
+};
+
 struct adjustment {
     int views, terms;
     // Views before and after the correction.
@@ -23,9 +29,10 @@ struct adjustment {
     double
         pull[ADJUST_TERMS_MAX];    // pull of the observations on each correction, against the prior
     struct adjust_target *target;  // placed target in view; NULL: none
-    double *prior;                 // terms x terms: covariance = prior prior^T, lower triangle
-    double *posterior;             // the same, of what remains
-    double *work;  // three of that size; the first: normal equations of the last fit
+    struct adjustment_watch watch;
+    double *prior;      // terms x terms: covariance = prior prior^T, lower triangle
+    double *posterior;  // the same, of what remains
+    double *work;       // three of that size; the first: normal equations of the last fit
 };
 
 /// A point that several views see.
@@ -46,6 +53,9 @@ struct adjust_track {
 int adjustment_begin(const struct zoom_calibration *calibration, const struct zoom_state *state,
                      int states, struct arena *arena, struct adjustment *adjustment);
 size_t adjustment_need_bytes(int states);
+
+/// Calls the one who watches.
+void adjustment_serve(const struct adjustment *adjustment);
 
 /// Places a point where its first two observations meet, then fits all of them. False if the point
 /// is behind a camera, or a lens does not see it.

@@ -407,7 +407,7 @@ static void compare(const struct index *index, const struct search *search, int 
 }
 
 int sparse_match(const struct sparse_picture *left, const struct sparse_picture *right,
-                 sparse_expect *expect, void *self, struct arena *arena,
+                 sparse_expect *expect, void (*serve)(void *self), void *self, struct arena *arena,
                  struct sparse_pair *pairs) {
     const size_t mark = arena_mark(arena);
     struct best *forth = arena_take(arena, (size_t)left->count, sizeof *forth);
@@ -427,6 +427,7 @@ int sparse_match(const struct sparse_picture *left, const struct sparse_picture 
         const double middle = 0.5 * (left->factor - 1);
         const double px[2] = {a->x * left->factor + middle, a->y * left->factor + middle};
         struct sparse_region region;
+        serve(self);
         if (expect(self, px, &region)) {
             const struct search search = search_of(&region, right->factor);
             compare(&index, &search, i, forth, back);
@@ -435,6 +436,7 @@ int sparse_match(const struct sparse_picture *left, const struct sparse_picture 
     int count = 0;
     for (int i = 0; i < left->count; i++) {
         const int partner = forth[i].partner;
+        serve(self);
         if (partner >= 0 && back[partner].partner == i && is_distinct(&forth[i]) &&
             align_pair(left, right, &left->corner[i], &right->corner[partner], &pairs[count])) {
             count++;

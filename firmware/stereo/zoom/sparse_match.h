@@ -50,9 +50,11 @@ int sparse_picture_make(const struct image_u8 *image, int max, struct arena *are
                         struct sparse_picture *picture);
 size_t sparse_picture_need_bytes(int width, int height, int max);
 
-/// Pairs of corners, at most the left ones' number. Returns their number, or ERROR_MEMORY.
+/// Pairs of corners, at most the left ones' number. `serve` is called before each of them is looked
+/// at. Returns their number, or ERROR_MEMORY.
 int sparse_match(const struct sparse_picture *left, const struct sparse_picture *right,
-                 sparse_expect *expect, void *self, struct arena *arena, struct sparse_pair *pairs);
+                 sparse_expect *expect, void (*serve)(void *self), void *self, struct arena *arena,
+                 struct sparse_pair *pairs);
 size_t sparse_match_need_bytes(int left_max, int right_max);
 
 #ifdef __cplusplus

@@ -198,6 +198,11 @@ static int find_place(const struct sparse_pair *pairs, int count, double place[4
     return best;
 }
 
+static void serve(void *cookie) {
+    const struct placing *p = cookie;
+    adjustment_serve(p->adjustment);
+}
+
 // Prepares one side; `*found` is false if its pictures cannot be compared.
 static int place_side(const struct placing *p, struct arena *arena, bool *found) {
     *found = false;
@@ -217,7 +222,8 @@ static int place_side(const struct placing *p, struct arena *arena, bool *found)
     }
     if (error == ERROR_OK) {
         struct placing copy = *p;
-        const int count = sparse_match(&corners[0], &corners[1], expect, &copy, arena, pairs);
+        const int count =
+            sparse_match(&corners[0], &corners[1], expect, serve, &copy, arena, pairs);
         error = count < 0 ? count : ERROR_OK;
         *found = count > 0 && find_place(pairs, count, p->s->place) >= SUPPORT_MIN;
     }
@@ -266,6 +272,7 @@ static int carry_tracks(struct placing *p, struct side_pictures side[2], const b
     int carried = 0;
     for (int i = first; i < tracks->count; i++) {
         struct adjust_track *track = &tracks->track[i];
+        serve(p);
         if (!take_cell(&side[found[0] ? 0 : 1], track, taken)) {
             continue;
         }

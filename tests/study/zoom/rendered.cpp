@@ -42,8 +42,8 @@ double matching_seconds(const adjust_picture &picture, const adjustment &before,
     }
     for (const adjustment *adjustment : {&before, &after}) {
         adjust_expectation expectation = {&picture, adjustment, 3.0 * corners[1].factor};
-        (void)sparse_match(&corners[0], &corners[1], adjust_expect, &expectation, &memory.pool,
-                           pairs.data());
+        (void)sparse_match(&corners[0], &corners[1], adjust_expect, adjust_expect_serve,
+                           &expectation, &memory.pool, pairs.data());
     }
     return cpu_s() - begin_s;
 }
