@@ -235,7 +235,9 @@ static int keep_file(struct remote *self, struct measuring *measuring, const cha
 
 /// Why the surface is not made here; NULL: it is.
 static const char *why_not_here(const struct remote *self, const struct measuring *measuring) {
-    return strcmp(measuring->name, measuring->session) != 0
+    return measuring->session[0] == '\0'
+               ? "note: the surface is the instrument's own: it keeps no session"
+           : strcmp(measuring->name, measuring->session) != 0
                ? "note: the surface is the instrument's own: after \"record stop\" fetch the "
                  "recording, of which \"vergence measure\" makes one here"
            : self->line.serial
@@ -291,7 +293,9 @@ static int unpack(struct remote *self, struct measuring *measuring, const struct
 static int conclude(struct remote *self, struct parts *parts, struct measuring *measuring,
                     struct message *message) {
     const char *why = measuring->is_measure ? why_not_here(self, measuring) : NULL;
-    if (!is_plain(measuring->session) || !is_plain(measuring->result)) {
+    // An instrument without a disk has no session.
+    if ((measuring->session[0] != '\0' && !is_plain(measuring->session)) ||
+        !is_plain(measuring->result)) {
         return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
     int error = ERROR_OK;

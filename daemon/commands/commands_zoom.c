@@ -30,7 +30,7 @@ static void compute(const struct command_call *call, size_t bytes,
     disk_writer_run(&daemon_of(call)->disk_writer, run_job, &job);
 }
 
-const struct command_host commands_host = {give, commands_calibration_now, compute};
+const struct command_host commands_host = {give, commands_calibration_now, compute, NULL};
 
 int commands_zoom_run(const struct command_call *call) {
     struct zoom_calibration *calibration = NULL;

@@ -9,8 +9,9 @@
 #include "memory/calibration.h"
 #include "memory/files.h"
 #include "memory/host.h"
+#include "memory/measure.h"
 #include "memory/pair.h"
-#include "memory/surface.h"
+#include "memory/reconstruct.h"
 
 enum { COMMANDS_MAX = 48 };
 
@@ -39,9 +40,14 @@ static const struct command *board_table(size_t *count) {
 }
 
 struct command_table bf537_commands(void) {
-    static const struct command *(*const tables[])(size_t *) = {
-        board_table,          memory_files_table, memory_pair_table, memory_calibration_table,
-        memory_surface_table, command_help_table, memory_rig_table};
+    static const struct command *(*const tables[])(size_t *) = {board_table,
+                                                                memory_files_table,
+                                                                memory_pair_table,
+                                                                memory_calibration_table,
+                                                                memory_reconstruct_table,
+                                                                memory_measure_table,
+                                                                command_help_table,
+                                                                memory_rig_table};
     static struct command all[COMMANDS_MAX];
     return command_join(tables, sizeof tables / sizeof tables[0], all, COMMANDS_MAX);
 }

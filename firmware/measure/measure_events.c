@@ -331,19 +331,9 @@ static void advise(struct measure *self, const struct measure_event *event) {
     }
 }
 
-static enum measure_outcome take_surface(struct measure *self, const struct measure_event *event) {
+// The surface's figures, and what they say was lost.
+static void take_figures(struct measure *self, const struct measure_event *event) {
     struct measure_result *result = &self->result;
-    if (event->error != ERROR_OK) {
-        const bool no_room = event->error == ERROR_FULL || event->error == ERROR_IO;
-        if (result->with_pair != 0 && !self->alone && !no_room) {
-            self->alone = true;
-            return MEASURE_REPEAT;
-        }
-        // Texture does not help against a full disk.
-        result->advice = event->error == ERROR_NO_SURFACE ? advice_without_surface(self)
-                                                          : MEASURE_ADVICE_NOTHING;
-        return MEASURE_FAILED;
-    }
     if (result->with_pair != 0 && !event->surface.with_used) {
         measure_lose(self, MEASURE_LOSS_ONE_ZOOM);
         result->with_pair = 0;
@@ -357,6 +347,29 @@ static enum measure_outcome take_surface(struct measure *self, const struct meas
     result->common_mm = event->surface.common_mm;
     result->share = event->surface.share;
     result->hole = event->surface.hole;
+}
+
+enum measure_advice measure_advice_after(const struct measure *self,
+                                         const struct measure_event *event) {
+    struct measure after = *self;
+    take_figures(&after, event);
+    return advice_for(&after);
+}
+
+static enum measure_outcome take_surface(struct measure *self, const struct measure_event *event) {
+    struct measure_result *result = &self->result;
+    if (event->error != ERROR_OK) {
+        const bool no_room = event->error == ERROR_FULL || event->error == ERROR_IO;
+        if (result->with_pair != 0 && !self->alone && !no_room) {
+            self->alone = true;
+            return MEASURE_REPEAT;
+        }
+        // Texture does not help against a full disk.
+        result->advice = event->error == ERROR_NO_SURFACE ? advice_without_surface(self)
+                                                          : MEASURE_ADVICE_NOTHING;
+        return MEASURE_FAILED;
+    }
+    take_figures(self, event);
     advise(self, event);
     return MEASURE_DONE;
 }

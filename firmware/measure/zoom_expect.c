@@ -16,6 +16,7 @@ enum {
     TRIES = 8,                             // points that are tried for each track
     TRACKS_MAX = 2 * MEASURE_MATCHES_MAX,  // of both pairs
     BOARD_SEEN_MAX = 2 * ZOOM_EXPECT_CORNERS_MAX,
+    DRAWS_SERVED = 64,  // draws between two calls of who watches
 };
 
 // Relief of a scene of unknown depths, part of its distance.
@@ -89,7 +90,10 @@ static void add_tracks(struct scene *scene, const struct adjustment *adjustment,
                        int carried_state) {
     const int before = scene->count;
     for (int i = 0; i < TRIES * scene->matches && scene->count - before < scene->matches; i++) {
-        struct adjust_track track = {.sigma_px = scene->sigma_px};
+        if (i % DRAWS_SERVED == 0) {
+            adjustment_serve(adjustment);
+        }
+        struct adjust_track track = {.is_placed = true, .sigma_px = scene->sigma_px};
         if (!draw_point(scene, adjustment, state, &track.point) ||
             !see(scene, adjustment, state, &track)) {
             continue;
@@ -185,13 +189,16 @@ static int expect_alone(struct scene *scene, const struct zoom_calibration *cali
     if (error != ERROR_OK) {
         return error;
     }
+    adjustment.watch = request->watch;
     scene->count = 0;
     add_tracks(scene, &adjustment, 0, -1);
     if (scene->count < TRACKS_MIN) {
         return ERROR_RANGE;
     }
-    (void)adjustment_solve(&adjustment, scene->track, scene->count);
-    expect->alone_mm = sigma_of(scene, calibration, &adjustment, 0);
+    if (!request->only_helped) {
+        (void)adjustment_solve(&adjustment, scene->track, scene->count);
+        expect->alone_mm = sigma_of(scene, calibration, &adjustment, 0);
+    }
     return request->columns > 0
                ? expect_board(scene, calibration, arena, &adjustment, &expect->board_mm)
                : ERROR_OK;
@@ -207,6 +214,7 @@ static int expect_other(struct scene *scene, const struct zoom_calibration *cali
     }
     const int narrow = adjustment.view[adjust_view(1, 0)].lens.fx_px >
                        adjustment.view[adjust_view(0, 0)].lens.fx_px;
+    adjustment.watch = scene->request->watch;
     scene->count = 0;
     add_tracks(scene, &adjustment, 1 - narrow, -1);
     add_tracks(scene, &adjustment, narrow, 1 - narrow);

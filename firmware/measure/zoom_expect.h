@@ -7,6 +7,7 @@
 
 #include "core/arena.h"
 #include "measure/zoom_field.h"
+#include "stereo/zoom/adjustment.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -17,6 +18,7 @@ enum { ZOOM_EXPECT_CORNERS_MAX = 128 };
 struct zoom_expect_request {
     struct zoom_state state;         ///< of the pair, aimed and focused
     const struct zoom_state *other;  ///< of a pair at another zoom, pan untouched; NULL: none
+    bool only_helped;                ///< the pair alone does not matter, which saves its time
     double point_mm[3];              ///< of the instrument's frame, whose depth it is about
     double near_mm, far_mm;          ///< depths of the scene; 0 0: a twelfth of the distance
     /// Points that both pictures show, and the standard deviation of one coordinate in px of the
@@ -27,6 +29,7 @@ struct zoom_expect_request {
     /// no board.
     int columns, rows;
     double square_mm;
+    struct adjustment_watch watch;
 };
 
 /// Standard deviations of the depth of the point, mm, with that of all lengths. Negative: not asked
@@ -38,7 +41,7 @@ struct zoom_expect {
 };
 
 /// `frames` as zoom_field_at. ERROR_RANGE: the point is not in front of both cameras, or less than
-/// 20 points of the scene are in both; ERROR_MEMORY. Takes a second of a slow processor.
+/// 20 points of the scene are in both; ERROR_MEMORY.
 int zoom_expect_at(const struct zoom_calibration *calibration, const struct zoom_frames *frames,
                    const struct zoom_expect_request *request, struct arena *arena,
                    struct zoom_expect *expect);

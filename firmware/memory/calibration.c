@@ -24,6 +24,10 @@ static struct {
     const struct hal_store *store;
 } kept;
 
+bool memory_calibration_is_set(void) {
+    return kept.kind != NONE;
+}
+
 const struct zoom_calibration *memory_calibration_zoom(void) {
     return kept.kind == ALL_ZOOMS ? &kept.zoom : NULL;
 }

@@ -3,6 +3,7 @@
 #ifndef VERGENCE_MEMORY_CALIBRATION_H
 #define VERGENCE_MEMORY_CALIBRATION_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "console/command.h"
@@ -13,6 +14,8 @@
 /// Puts the calibration that the store keeps in force, and keeps later ones there. After
 /// memory_pair_begin; the store must live on.
 void memory_calibration_begin(const struct hal_store *store);
+
+bool memory_calibration_is_set(void);
 
 /// The calibration of all zooms in force; NULL: there is none.
 const struct zoom_calibration *memory_calibration_zoom(void);

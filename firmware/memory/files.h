@@ -17,7 +17,7 @@ enum memory_file {
     MEMORY_FILES,
 };
 
-enum { MEMORY_FILE_NAME_BYTES = 32, MEMORY_SENT_BYTES = 384 * 1024 };
+enum { MEMORY_FILE_NAME_BYTES = 104, MEMORY_SENT_BYTES = 384 * 1024 };
 
 /// Copies `bytes` bytes from `offset` on, which the file has.
 typedef void memory_file_read(const void *source, size_t offset, void *to, size_t bytes);

@@ -13,7 +13,16 @@ enum { HEAD_BYTES = 32, NAME_BYTES = 24, VALUE_BYTES = 2 };
 
 static struct arena arena;
 
-/// The last pair. Merged frames are at the beginning of the arena.
+/// Pairs that a measurement keeps, at the beginning of the arena.
+static struct {
+    bool keeps;  // a measurement is under way
+    struct pair pair[MEMORY_KEPT];
+    bool taken[MEMORY_KEPT];
+    uint16_t *data[MEMORY_KEPT][RIG_SIDES];
+    size_t used_bytes;  // of the arena
+} kept;
+
+/// The last pair. Merged frames are behind those that are kept.
 static struct {
     struct pair pair;
     bool taken;
@@ -35,6 +44,64 @@ struct arena *memory_pair_arena(void) {
     memory_files_remove(MEMORY_FILE_SURFACE);
     arena_release(&arena, last.used_bytes);
     return &arena;
+}
+
+struct arena *memory_pair_arena_rest(void) {
+    return &arena;
+}
+
+// ---- pairs that are kept
+
+static void forget(void);
+
+bool memory_pair_begin_keeping(int width_px, int height_px) {
+    const size_t values = (size_t)width_px * (size_t)height_px;
+    bool enough = true;
+    kept.keeps = false;
+    forget();
+    for (int i = 0; i < MEMORY_KEPT; i++) {
+        for (int side = 0; side < RIG_SIDES; side++) {
+            kept.data[i][side] = arena_take(&arena, values, sizeof(uint16_t));
+            enough = enough && kept.data[i][side] != NULL;
+        }
+    }
+    kept.keeps = enough;
+    kept.used_bytes = enough ? arena_mark(&arena) : 0;
+    last.used_bytes = kept.used_bytes;
+    arena_release(&arena, kept.used_bytes);
+    return enough;
+}
+
+void memory_pair_end_keeping(void) {
+    kept.keeps = false;
+}
+
+void memory_pair_keep(enum memory_kept which) {
+    struct pair *pair = &kept.pair[which];
+    INVARIANT(kept.keeps && last.taken);
+    *pair = last.pair;
+    for (int side = 0; side < RIG_SIDES; side++) {
+        struct raw_image *image = &pair->frame[side].image;
+        const size_t row_bytes = VALUE_BYTES * (size_t)image->width_px;
+        for (int row = 0; row < image->height_px; row++) {
+            memcpy(kept.data[which][side] + (size_t)row * (size_t)image->width_px,
+                   raw_image_row(image, row), row_bytes);
+        }
+        image->data = kept.data[which][side];
+        image->stride = image->width_px;
+        image->release = NULL;
+        image->owner = NULL;
+    }
+    kept.taken[which] = true;
+}
+
+const struct pair *memory_pair_numbered(uint32_t number) {
+    for (int i = 0; i < MEMORY_KEPT; i++) {
+        if (kept.taken[i] && kept.pair[i].number == number) {
+            return &kept.pair[i];
+        }
+    }
+    return last.taken && last.pair.number == number ? &last.pair : NULL;
 }
 
 // ---- files of the pair
@@ -84,8 +151,11 @@ static void forget(void) {
     if (last.taken) {
         pair_release(last.pair.frame);
     }
+    if (!kept.keeps) {
+        memset(&kept, 0, sizeof kept);
+    }
     last.taken = false;
-    last.used_bytes = 0;
+    last.used_bytes = kept.used_bytes;
     (void)memory_pair_arena();
     memory_files_remove(MEMORY_FILE_LEFT);
     memory_files_remove(MEMORY_FILE_RIGHT);
@@ -101,7 +171,7 @@ static void give_back(void *memory) {
     INVARIANT(memory == NULL || last.lent > 0);
     last.lent -= memory != NULL;
     if (last.lent == 0) {
-        arena_release(&arena, 0);
+        arena_release(&arena, kept.used_bytes);
     }
 }
 

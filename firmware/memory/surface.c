@@ -4,21 +4,19 @@
 #include <math.h>
 #include <string.h>
 
-#include "console/pair/calibration_fit.h"
-#include "console/pair/capture.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "memory/calibration.h"
 #include "memory/files.h"
+#include "memory/host.h"
 #include "memory/pair.h"
+#include "memory/surface_calibration.h"
 #include "rig/base/rig_clock.h"
 #include "stereo/reconstruct.h"
 #include "surface/compact_writer.h"
 
-enum { NEAR, FAR, DISPARITY, SCALE, PRESET, ACCEPT, ARGUMENTS };
-enum { NAME_BYTES = 32, SCALE_STEPS = 20, HEAD_BYTES = 16384 };
+enum { SCALE_STEPS = 20, HEAD_BYTES = 16384 };
 
-static const double us_per_s = 1e6, bytes_per_mb = 1e6, percent = 100;
+static const double us_per_s = 1e6, bytes_per_mb = 1e6;
 
 /// What surface.compact states, as struct compact of daemon/surface/result.
 struct record {
@@ -52,97 +50,48 @@ static const struct compact_field fields[] = {COMPACT_FIELDS(FIELD)};
 /// One call. The result stays for the file.
 static struct {
     const struct command_call *call;
+    const struct memory_surface_request *request;
+    const struct pair *pair;
     struct arena *arena;
-    struct calibration calibration;
+    struct surface_calibration calibration;
+    struct surface_figures_spread spread;
     struct record record;
     struct compact_writer writer;
-    char name[NAME_BYTES];  // of the file's directory
+    char name[MEMORY_FILE_NAME_BYTES];  // of the file's directory
     uint8_t *file;
     size_t bytes, capacity;
 } self;
 
 static int refuse(int error, const char *why) {
-    struct command_text sentence = command_text_begin(self.call->message, self.call->message_bytes);
-    command_text_join(&sentence, "reconstruct: ", why);
-    return error;
+    return command_refuse(self.call, error, "%s: %s", self.request->command, why);
 }
 
 static bool should_stop(void) {
-    const struct rig_observer *observer = &self.call->rig->observer;
-    return observer->should_stop(observer->self);
+    return memory_host_should_stop(self.call);
 }
 
 // ---- before the work
 
-/// The calibration of the pair's state, unless the pair was taken with another one.
-static int choose_calibration(const struct pair *pair) {
-    const struct rig_profile *profile = &self.call->rig->profile;
-    const struct pair_instrument instrument = calibration_match_instrument(profile);
-    struct message *message = &self.record.context.mismatch;
-    struct calibration_match_state state;
-    calibration_match_pair(profile->name, &instrument, pair, &state);
-    const int error = memory_calibration_for(&state, &self.calibration, message);
-    const struct calibration_origin *origin = &state.origin;
-    if (error == ERROR_OK) {
-        self.record.context.axes_compared =
-            !calibration_match_is_partial(&self.calibration, origin);
-        message->text[0] = '\0';
-    }
-    const bool accepted = error == ERROR_MISMATCH && command_is_set(&self.call->values[ACCEPT]);
-    return error == ERROR_OK || accepted ? ERROR_OK : refuse(error, message->text);
+static void serve(void *cookie) {
+    (void)cookie;
+    (void)should_stop();
 }
 
-static int fit_calibration(const struct pair *pair) {
-    bool cut = false;
-    for (int side = 0; side < RIG_SIDES; side++) {
-        const enum calibration_fit fit =
-            calibration_fit_side(&self.calibration, side, &pair->frame[side]);
-        if (fit == CALIBRATION_OTHER) {
-            return refuse(ERROR_SIZE_MISMATCH,
-                          "the calibration is for images of another size (set \"window\" to it)");
-        }
-        cut |= fit == CALIBRATION_CUT;
-    }
-    const int error = cut ? calibration_round(&self.calibration) : ERROR_OK;
-    return error == ERROR_OK && calibration_validate(&self.calibration, NULL) == ERROR_OK
-               ? ERROR_OK
-               : refuse(ERROR_SIZE_MISMATCH,
-                        "the calibration cannot be cut to the frames' part of the sensor (choose a "
-                        "larger window)");
-}
-
-/// What is wrong with the search; NULL: nothing.
-static const char *search_fault(const struct command_value *values) {
-    const bool near = values[NEAR].given, far = values[FAR].given;
-    if (far && !(near && values[NEAR].number < values[FAR].number)) {
-        return "far requires a near that is less";
-    }
-    return !values[DISPARITY].given               ? NULL
-           : near                                 ? "near cannot be combined with disparity"
-           : !(values[DISPARITY].numbers[1] >= 1) ? "disparity MIN:COUNT is empty"
-                                                  : NULL;
-}
-
-static int choose_options(void) {
-    const struct command_value *values = self.call->values;
-    struct reconstruct_options *options = &self.record.options;
-    *options = reconstruct_default_options();
-    options->preset = MATCH_PRESET_BOARD;
-    options->recompute_surface = options->remake_pictures = true;
-    if (values[NEAR].given) {
-        options->rectify.depth_near_mm = values[NEAR].number;
-        options->rectify.depth_far_mm = values[FAR].given ? values[FAR].number : (double)INFINITY;
-    }
-    if (values[DISPARITY].given) {
-        options->rectify.disparity_min = (int)values[DISPARITY].numbers[0];
-        options->rectify.disparity_count = (int)values[DISPARITY].numbers[1];
-    }
-    options->rectify.scale = values[SCALE].given ? values[SCALE].number : options->rectify.scale;
-    if (values[PRESET].given) {
-        options->preset = (enum match_preset)values[PRESET].choice;
-    }
-    const char *fault = search_fault(values);
-    return fault == NULL ? ERROR_OK : refuse(ERROR_ARGUMENT, fault);
+static int make_calibration(void) {
+    const struct surface_calibration_request request = {
+        .rig = self.call->rig,
+        .pair = self.pair,
+        .with_pair = self.request->with_pair,
+        .accept_mismatch = self.request->accept_mismatch,
+        .adjust = self.request->adjust,
+        .near_mm = self.record.options.rectify.depth_near_mm,
+        .watch = {serve, NULL},
+    };
+    struct message message;
+    const int error = surface_calibration_make(&request, self.arena, &self.calibration, &message);
+    return error != ERROR_OK ? refuse(error, message.text)
+           : should_stop()   ? ERROR_CANCELLED
+                             : ERROR_OK;
 }
 
 static size_t packed_bytes(int width) {
@@ -150,10 +99,11 @@ static size_t packed_bytes(int width) {
 }
 
 /// What the work takes, or its result with the file, whichever is more.
-static size_t need_bytes(const struct pair *pair, const struct rectify_plan *plan) {
-    const struct reconstruct_need need =
-        reconstruct_needs(&pair->frame[RIG_LEFT].image, &pair->frame[RIG_RIGHT].image,
-                          &self.calibration, plan, &self.record.options, parallel_serial.threads);
+static size_t need_bytes(const struct rectify_plan *plan) {
+    const struct pair_frame *frame = self.pair->frame;
+    const struct reconstruct_need need = reconstruct_needs(
+        &frame[RIG_LEFT].image, &frame[RIG_RIGHT].image, &self.calibration.calibration, plan,
+        &self.record.options, parallel_serial.threads);
     const int width = plan->width_px;
     const size_t file =
         arena_need_bytes(compact_band_bytes(width) + packed_bytes(width), 1) +
@@ -162,28 +112,28 @@ static size_t need_bytes(const struct pair *pair, const struct rectify_plan *pla
 }
 
 /// The largest scale that fits, in steps of 1/SCALE_STEPS; 0: none.
-static double fitting_scale(const struct pair *pair, size_t need, size_t there) {
+static double fitting_scale(size_t need, size_t there) {
     // Memory grows with the number of pixels at most.
     const double most = self.record.options.rectify.scale * sqrt((double)there / (double)need);
     struct rectify_options options = self.record.options.rectify;
     for (int step = (int)(most * SCALE_STEPS); step > 0 && !should_stop(); step--) {
         struct rectify_plan plan;
         options.scale = (double)step / SCALE_STEPS;
-        if (rectify_plan_make(&self.calibration, &options, &plan) == ERROR_OK &&
-            need_bytes(pair, &plan) <= there) {
+        if (rectify_plan_make(&self.calibration.calibration, &options, &plan) == ERROR_OK &&
+            need_bytes(&plan) <= there) {
             return options.scale;
         }
     }
     return 0;
 }
 
-static int refuse_size(const struct pair *pair, size_t need, size_t there) {
-    const double scale = fitting_scale(pair, need, there);
+static int refuse_size(size_t need, size_t there) {
+    const double scale = fitting_scale(need, there);
     if (should_stop()) {
         return ERROR_CANCELLED;
     }
     struct command_text sentence = command_text_begin(self.call->message, self.call->message_bytes);
-    command_text_add(&sentence, "reconstruct: ");
+    command_text_join(&sentence, self.request->command, ": ");
     command_text_add_number(&sentence, (double)need / bytes_per_mb, 1);
     command_text_add(&sentence, " MB are required, ");
     command_text_add_number(&sentence, (double)there / bytes_per_mb, 1);
@@ -198,14 +148,14 @@ static int refuse_size(const struct pair *pair, size_t need, size_t there) {
     return ERROR_MEMORY;
 }
 
-static int make_plan(const struct pair *pair, struct rectify_plan *plan) {
-    int error = rectify_plan_make(&self.calibration, &self.record.options.rectify, plan);
+static int make_plan(struct rectify_plan *plan) {
+    int error =
+        rectify_plan_make(&self.calibration.calibration, &self.record.options.rectify, plan);
     if (error != ERROR_OK) {
         return refuse(error, error_text(error));
     }
-    const size_t need = need_bytes(pair, plan),
-                 there = self.arena->size_bytes - self.arena->used_bytes;
-    return need <= there ? ERROR_OK : refuse_size(pair, need, there);
+    const size_t need = need_bytes(plan), there = self.arena->size_bytes - self.arena->used_bytes;
+    return need <= there ? ERROR_OK : refuse_size(need, there);
 }
 
 // ---- the work
@@ -223,13 +173,24 @@ static bool show_progress(void *cookie, enum reconstruct_stage stage, int done, 
     return !should_stop();
 }
 
-static int compute(const struct pair *pair, const struct rectify_plan *plan) {
+/// A part of the work after the other, and between them a look after the rig.
+static void run_parts(void *cookie, void (*part)(void *context, int index), void *context,
+                      int count) {
+    for (int index = 0; index < count; index++) {
+        serve(cookie);
+        part(context, index);
+    }
+}
+
+static int compute(const struct rectify_plan *plan) {
+    static const struct parallel parts = {.run = run_parts, .threads = 1};
     const struct reconstruct_environment environment = {
-        .parallel = &parallel_serial, .now_us = now_us, .progress = show_progress};
-    const struct raw_image *left = &pair->frame[RIG_LEFT].image;
-    const struct raw_image *right = &pair->frame[RIG_RIGHT].image;
-    const int error = reconstruct_run(left, right, &self.calibration, plan, &self.record.options,
-                                      &environment, self.arena, &self.record.result);
+        .parallel = &parts, .now_us = now_us, .progress = show_progress};
+    const struct raw_image *left = &self.pair->frame[RIG_LEFT].image;
+    const struct raw_image *right = &self.pair->frame[RIG_RIGHT].image;
+    const int error =
+        reconstruct_run(left, right, &self.calibration.calibration, plan, &self.record.options,
+                        &environment, self.arena, &self.record.result);
     return error == ERROR_OK || error == ERROR_CANCELLED ? error : refuse(error, error_text(error));
 }
 
@@ -248,8 +209,28 @@ static bool end_band(void *cookie, int rows) {
     return !should_stop();
 }
 
-static void describe(const struct pair *pair, uint64_t total_us) {
-    const struct pair_frame *frame = pair->frame;
+/// The spread of the depths, and the error that they share; negative: not known.
+static double common_mm(void) {
+    const struct reconstruct_result *result = &self.record.result;
+    const struct pair_instrument instrument =
+        calibration_match_instrument(&self.call->rig->profile);
+    const uint32_t points = surface_figures_measured_count(result);
+    return points > 0 && surface_figures_find_spread(result, NULL, points, self.arena, &self.spread)
+               ? calibration_match_sigma_mm(&self.calibration.calibration, &instrument,
+                                            &self.calibration.state.origin, self.spread.depth_mm[1])
+               : -1;
+}
+
+static void describe(uint64_t total_us) {
+    const struct pair_frame *frame = self.pair->frame;
+    const struct pair_adjust_report *report = &self.calibration.report;
+    self.record.context.mismatch = self.calibration.mismatch;
+    self.record.context.axes_compared = self.calibration.axes_compared;
+    self.record.context.self_calibrated = self.calibration.adjusted;
+    self.record.context.self_calibration = report->self_calibration;
+    self.record.context.with_pair = report->with_pair;
+    self.record.context.with_pair_used = report->with_pair_used;
+    self.record.context.wide_pair = report->wide_pair;
     self.record.context.version = VERGENCE_VERSION;
     self.record.context.build_id = "unknown";
     self.record.context.left_path = "left.pgm";
@@ -262,7 +243,7 @@ static void describe(const struct pair *pair, uint64_t total_us) {
     self.record.context.calibration_path = "the calibration in force";
     self.record.context.calibration_format = "vergence";
     self.record.context.metric = true;
-    self.record.context.depth_sigma_common_mm = -1;
+    self.record.context.depth_sigma_common_mm = common_mm();
     self.record.context.threads = 1;
     self.record.context.total_us = total_us;
     self.record.context.arena_bytes = self.arena->size_bytes;
@@ -278,117 +259,63 @@ static int write_file(void) {
     const int width = self.record.result.plan.width_px;
     uint8_t *band = arena_take(self.arena, compact_band_bytes(width) + packed_bytes(width), 1);
     INVARIANT(band != NULL);  // need_bytes
+    const size_t mark = arena_mark(self.arena), rest = self.arena->size_bytes - mark;
     self.bytes = 0;
-    self.capacity = self.arena->size_bytes - self.arena->used_bytes;
-    self.file = self.arena->base + self.arena->used_bytes;
+    self.capacity = rest > ARENA_ALIGNMENT ? rest - ARENA_ALIGNMENT : 0;
+    self.file = arena_take(self.arena, self.capacity, 1);
     compact_writer_begin(&self.writer, &output);
     compact_writer_fields(&self.writer, fields, sizeof fields / sizeof fields[0], &self.record);
-    const int error = compact_writer_calibration(&self.writer, &self.calibration);
+    const int error = compact_writer_calibration(&self.writer, &self.calibration.calibration);
     if (error != ERROR_OK) {
         return refuse(error, error_text(error));
     }
     compact_writer_rows(&self.writer, &self.record.result, band, band + compact_band_bytes(width));
+    arena_release(self.arena, mark);
+    INVARIANT(arena_take(self.arena, self.bytes, 1) == self.file);
     memory_files_put(MEMORY_FILE_SURFACE, self.name, "surface.compact", read_file, self.file,
                      self.bytes);
     return should_stop() ? ERROR_CANCELLED : ERROR_OK;
 }
 
-static void reply(const struct pair *pair, const char *pair_name) {
-    const struct command_call *call = self.call;
-    const struct reconstruct_result *result = &self.record.result;
-    const double pixels = (double)result->plan.width_px * result->plan.height_px;
-    reply_text(call, "session", pair_name);
-    reply_number(call, "pair", pair->number, 0, NULL);
-    reply_number(call, "skew", (double)pair->skew_us, 0, "us");
-    reply_text(call, "result", self.name);
-    reply_text(call, "calibration", self.calibration.id);
-    reply_number(call, "width", result->plan.width_px, 0, "px");
-    reply_number(call, "height", result->plan.height_px, 0, "px");
-    reply_number(call, "disparities", result->plan.disparity_count, 0, NULL);
-    reply_number(call, "points", result->vertex_count, 0, NULL);
-    reply_number(call, "triangles", result->triangle_count, 0, NULL);
-    reply_number(call, "density", percent * result->vertex_count / pixels, 1, "%");
-    if (result->vertical.samples > 0) {
-        reply_number(call, "rows_apart", result->vertical.median_px, 3, "px");
-    }
-    reply_number(call, "memory", (double)result->arena_peak_bytes, 0, "bytes");
-    reply_number(call, "time", (double)self.record.context.total_us / us_per_s, 2, "s");
+struct reconstruct_options memory_surface_options(void) {
+    struct reconstruct_options options = reconstruct_default_options();
+    options.recompute_surface = options.remake_pictures = true;
+    return options;
 }
 
-static int run_reconstruct(const struct command_call *call) {
+int memory_surface_make(const struct command_call *call,
+                        const struct memory_surface_request *request, const struct pair *pair,
+                        struct measure_surface *surface) {
     const uint64_t begin_us = rig_now_us(call->rig);
-    const char *pair_name = NULL;
-    const struct pair *pair = memory_pair_last(&pair_name);
     struct rectify_plan plan;
     memset(&self.record, 0, sizeof self.record);
     self.call = call;
-    if (pair == NULL) {
-        return refuse(ERROR_MISSING, "no pair (\"capture\" takes one)");
-    }
+    self.request = request;
+    self.pair = pair;
     self.arena = memory_pair_arena();
-    struct command_text name = command_text_begin(self.name, sizeof self.name);
-    command_text_join(&name, "surface-", pair_name);
-    int error = choose_calibration(pair);
-    error = error == ERROR_OK ? fit_calibration(pair) : error;
-    error = error == ERROR_OK ? choose_options() : error;
-    error = error == ERROR_OK ? make_plan(pair, &plan) : error;
-    error = error == ERROR_OK ? compute(pair, &plan) : error;
-    if (error != ERROR_OK) {
-        return error;
-    }
-    describe(pair, rig_now_us(self.call->rig) - begin_us);
-    error = write_file();
+    self.record.options = request->options;
+    int error = make_calibration();
+    error = error == ERROR_OK ? make_plan(&plan) : error;
+    error = error == ERROR_OK ? compute(&plan) : error;
     if (error == ERROR_OK) {
-        reply(pair, pair_name);
+        describe(rig_now_us(call->rig) - begin_us);
     }
+    if (error == ERROR_OK && request->directory != NULL) {
+        struct command_text name = command_text_begin(self.name, sizeof self.name);
+        command_text_add(&name, request->directory);
+        error = write_file();
+    }
+    const struct pair_adjust_report *report = &self.calibration.report;
+    *surface = (struct measure_surface){
+        .result = &self.record.result,
+        .calibration = &self.calibration.calibration,
+        .shrink = 1,
+        .frames = pair->frame,
+        .spread = self.spread,
+        .common_mm = self.record.context.depth_sigma_common_mm,
+        .with_used = report->with_pair_used,
+        .misfit = report->self_calibration.health == ADJUST_CALIBRATE,
+        .seconds = (double)(rig_now_us(call->rig) - begin_us) / us_per_s,
+    };
     return error;
-}
-
-const struct command *memory_surface_table(size_t *count) {
-    static const struct command_argument arguments[ARGUMENTS] = {
-        [NEAR] = {.name = "near",
-                  .kind = COMMAND_NUMBER,
-                  .unit = "mm",
-                  .min = 1e-3,
-                  .max = 1e6,
-                  .help = "minimum depth to search; default: the calibration's range"},
-        [FAR] = {.name = "far",
-                 .kind = COMMAND_NUMBER,
-                 .unit = "mm",
-                 .min = 1e-3,
-                 .max = INFINITY,
-                 .help = "maximum depth to search; default with near: inf"},
-        [DISPARITY] = {.name = "disparity",
-                       .kind = COMMAND_INTEGER,
-                       .value_name = "MIN:COUNT",
-                       .min = -MATCH_DISPARITY_LIMIT,
-                       .max = MATCH_DISPARITY_LIMIT,
-                       .count = 2,
-                       .separator = ':',
-                       .help = "disparities to search instead of depths"},
-        [SCALE] = {.name = "scale",
-                   .kind = COMMAND_NUMBER,
-                   .min = 0.01,
-                   .max = 4,
-                   .help = "size of the rectified images relative to the frames; default: 1"},
-        [PRESET] = {.name = "preset",
-                    .kind = COMMAND_CHOICE,
-                    .choices = "fast standard best board paper",
-                    .help = "matcher; default: board"},
-        [ACCEPT] = {.name = CAPTURE_ACCEPT_NAME,
-                    .kind = COMMAND_FLAG,
-                    .help = "accept a calibration made with other axes, cameras or windows"},
-    };
-    static const struct command commands[] = {
-        {.name = "reconstruct",
-         .summary = "measure a surface from the last pair",
-         .help = "Leaves surface.compact in memory until the next capture or reconstruct; "
-                 "\"vergence --connect\" fetches it and makes all other files of it.",
-         .arguments = arguments,
-         .argument_count = ARGUMENTS,
-         .flags = COMMAND_LONG | COMMAND_GROUP_MEASURE | COMMAND_DAILY,
-         .run = run_reconstruct},
-    };
-    *count = 1;
-    return commands;
 }

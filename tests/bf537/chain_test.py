@@ -44,6 +44,17 @@ class Chain(unittest.TestCase):
     def assert_distance(self, mm):
         self.assertAlmostEqual(mm, DISTANCE_MM, delta=0.02 * DISTANCE_MM)
 
+    def check_measure(self, board):
+        """Refusals and the plan: a whole one takes minutes of the simulator."""
+        self.assertRegex(board.type("measure cup fit=300"), "ERR MISSING measure: no calibration is set")
+        self.assertEqual(board.client("send", "tests/bf537/perfect.zoom", cwd=self.folder).returncode, 0)
+        self.assertRegex(board.type("calibration set perfect.zoom"), r"\nOK\n")
+        self.assertRegex(board.type("measure cup fit=300 at=1,2"), "ERR UNSUPPORTED measure: at .*view")
+        done = board.client("measure", "cup", "--fit", "80", "--plan", cwd=self.folder)
+        self.assertEqual(done.returncode, 0, (done.stdout, done.stderr))
+        for words in ("wide pair: distance", "zoom: both see 8", "merged pair: ", "surface: from "):
+            self.assertIn(words, done.stdout)
+
     def test_pair_and_surface_are_those_of_the_daemon(self):
         board = Board(RIG)
         self.addCleanup(board.close)
@@ -53,6 +64,7 @@ class Chain(unittest.TestCase):
         for words in COMMANDS:
             if words[0] == "send":
                 self.assertRegex(board.type("zoom fit=100 distance=1800"), "ERR MISSING zoom: .* calibration")
+                self.check_measure(board)
             done = board.client(*words, cwd=self.folder)
             self.assertEqual(done.returncode, 0, (words, done.stdout, done.stderr))
         result = json.loads((self.folder / "surface/result.json").read_text())

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`measure` on the simulated rig, from cold to a surface; and what it is refused for, or ends by."""
+import base64
 import glob
+import json
 import math
 import os
 import re
@@ -9,7 +11,7 @@ import subprocess
 import unittest
 import zlib
 
-from daemon_process import Client, DaemonTest
+from daemon_process import SIMRIG, Client, DaemonTest
 
 TEXT = subprocess.run([os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout
 WIDTH_PX = 256
@@ -170,6 +172,61 @@ class Measure(DaemonTest):
         os.unlink(self.path)
         self.start()
         self.assertEqual(self.names(), before)
+
+
+class Board(DaemonTest):
+    """An instrument without a disk: of a rig of the same seed its commands find what the daemon's find, word for word
+    and digit for digit."""
+    scene = "cylinder"
+    commands = ("calibration set instrument.zoom", "bringup", "window 1920 1440 skip=6", "measure cup fit=360")
+    own = ("session", "computing_seconds")  # of an instrument with a disk; of a processor
+    block_bytes = 300
+
+    def begin_board(self):
+        path = os.path.join(self.folder, "board.sock")
+        rig = subprocess.Popen([SIMRIG, "--scene", self.scene, "--listen", f"unix:{path}"], stdout=subprocess.PIPE)
+        self.addCleanup(rig.stdout.close)
+        self.addCleanup(self.end, rig)
+        self.assertIn(b"listening on", rig.stdout.readline())
+        board = subprocess.Popen([os.environ["VERGENCE_MEMORY_CONSOLE"], f"unix:{path}"], stdin=subprocess.PIPE,
+                                 stdout=subprocess.PIPE, text=True)
+        self.addCleanup(board.stdout.close)
+        self.addCleanup(board.wait)
+        self.addCleanup(board.stdin.close)
+        return board
+
+    @staticmethod
+    def ask(board, command):
+        board.stdin.write(f"@json {command}\n")
+        board.stdin.flush()
+        return json.loads(board.stdout.readline())
+
+    def send(self, board, name, data):
+        head = f"send {name} {len(data)} {zlib.crc32(data):08X}"
+        self.assertTrue(self.ask(board, head)["ok"])
+        for at in range(0, len(data), self.block_bytes):
+            block = data[at:at + self.block_bytes]
+            answer = self.ask(board, f"{head} offset={at} block-crc={zlib.crc32(block):08X} "
+                                     f"data={base64.b64encode(block).decode()}")
+            self.assertTrue(answer["ok"], answer)
+
+    def test_the_board_finds_what_the_daemon_finds(self):
+        with open(os.path.join(self.files, "instrument.zoom"), "wb") as file:
+            file.write(TEXT)
+        board, client = self.begin_board(), self.client()
+        self.assertIn("no calibration is set", self.ask(board, "measure cup")["message"])
+        self.send(board, "instrument.zoom", TEXT)
+        for command in self.commands:
+            theirs, ours = client.ask_json(command), self.ask(board, command)
+            self.assertTrue(theirs["ok"] and ours["ok"], (theirs, ours))
+        for key in self.own:
+            theirs["result"].pop(key)
+            ours["result"].pop(key, None)
+        self.assertEqual(ours["result"], theirs["result"])
+        self.assertEqual(ours["result"]["captures"], 3)
+        answer = self.ask(board, f"files {ours['result']['result']}")
+        self.assertEqual([file["file"] for file in answer["result"]["files"]], ["surface.compact"])
+        self.assertIn("view", self.ask(board, "measure cup fit=300 at=1,2")["message"])
 
 
 if __name__ == "__main__":

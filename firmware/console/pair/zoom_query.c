@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/math.h"
-#include "measure/measure_types.h"
+#include "measure/measure_events.h"
 #include "measure/zoom_expect.h"
 #include "measure/zoom_forecast.h"
 #include "rig/rig_optics.h"
@@ -197,9 +197,12 @@ static void put_iris(const struct command_call *call, const struct depth_iris *i
 // ---- what pairs would make of the error that all points share
 
 struct expectation {
+    const struct command_call *call;
+    const struct command_host *host;
     const struct zoom_calibration *calibration;
     const struct zoom_frames *frames;
     struct zoom_expect_request request;
+    enum measure_advice advice;  // that it is about; MEASURE_ADVICE_NOTHING: all of them
     struct zoom_expect expect;
     int error;
 };
@@ -208,16 +211,26 @@ static void expect(void *cookie, struct arena *arena) {
     struct expectation *self = cookie;
     struct zoom_state other;
     zoom_expect_complete(self->calibration, &self->request, &other);
+    self->request.only_helped = self->advice != MEASURE_ADVICE_NOTHING;
+    self->request.other = self->advice != MEASURE_ADVICE_BOARD ? self->request.other : NULL;
+    self->request.columns = self->advice != MEASURE_ADVICE_SECOND_ZOOM ? self->request.columns : 0;
     self->error =
         zoom_expect_at(self->calibration, self->frames, &self->request, arena, &self->expect);
 }
 
+static void serve(void *cookie) {
+    const struct expectation *self = cookie;
+    self->host->serve(self->call);
+}
+
 static int compute(const struct command_call *call, const struct command_host *host,
                    struct expectation *self) {
-    self->error = ERROR_UNSUPPORTED;
-    if (host->compute != NULL) {
-        host->compute(call, zoom_expect_need_bytes(), expect, self);
+    self->call = call;
+    self->host = host;
+    if (host->serve != NULL) {
+        self->request.watch = (struct adjustment_watch){serve, self};
     }
+    host->compute(call, zoom_expect_need_bytes(), expect, self);
     return self->error;
 }
 
@@ -227,9 +240,11 @@ void zoom_query_expect(const struct command_call *call, const struct command_hos
     struct expectation self = {
         .calibration = calibration,
         .frames = &measure->instrument.frames,
+        .advice = measure_advice_after(measure, event),
         .request = {
             .state = measure->pair_axes, .near_mm = measure->near_mm, .far_mm = measure->far_mm}};
-    if (calibration == NULL || event->error != ERROR_OK) {
+    if (calibration == NULL || event->error != ERROR_OK ||
+        (self.advice != MEASURE_ADVICE_BOARD && self.advice != MEASURE_ADVICE_SECOND_ZOOM)) {
         return;
     }
     zoom_point_ahead(calibration, event->surface.depth_mm, 0, self.request.point_mm);
@@ -253,7 +268,8 @@ static void put_expected(const struct zoom_query *self, double before_mm) {
         expected.request.far_mm = sharp->numbers[1];
     }
     memcpy(expected.request.point_mm, self->point_mm, sizeof self->point_mm);
-    const int error = compute(call, self->host, &expected);
+    const int error =
+        self->host->serve == NULL ? compute(call, self->host, &expected) : ERROR_UNSUPPORTED;
     const struct {
         const char *key;
         double sigma_mm;

@@ -24,9 +24,12 @@ struct command_host {
     /// Where the instrument is now.
     void (*read_state)(const struct command_call *call, struct calibration_match_state *state);
     /// Runs a job that takes a second of a processor with floating point, with an arena of `bytes`,
-    /// smaller if memory is short. NULL: the processor is too slow, and answers are shorter.
+    /// smaller if memory is short.
     void (*compute)(const struct command_call *call, size_t bytes,
                     void (*job)(void *cookie, struct arena *arena), void *cookie);
+    /// Looks after the rig; such a job calls it again and again. It takes minutes then, so `zoom`
+    /// does without. NULL: another thread looks after the rig.
+    void (*serve)(const struct command_call *call);
 };
 
 /// Whether the arguments of `zoom` ask for it.
