@@ -25,7 +25,17 @@ static struct port {
     struct hal_camera_counts counts;
     uint32_t sequence;
     bool started;
+    struct slot *filling;  // of the transfer that runs, or NULL
+    uint64_t since_us;     // its start
 } port;
+
+static void stop_transfer(void) {
+    PPI_CONTROL = 0;
+    DMA0_CONFIG = 0;
+    DMA0_IRQ_STATUS = DMA_DONE | DMA_ERROR;  // which else would end every sleep
+    ssync();
+    port.filling = NULL;
+}
 
 static int start(void *self, const struct hal_camera_format *format) {
     (void)self;
@@ -34,16 +44,10 @@ static int start(void *self, const struct hal_camera_format *format) {
         2 * frame > port.bytes) {
         return ERROR_UNSUPPORTED;
     }
+    stop_transfer();
     port.format = *format;
     port.started = true;
     return ERROR_OK;
-}
-
-static void stop_transfer(void) {
-    PPI_CONTROL = 0;
-    DMA0_CONFIG = 0;
-    DMA0_IRQ_STATUS = DMA_DONE | DMA_ERROR;  // which else would end every sleep
-    ssync();
 }
 
 static int stop(void *self) {
@@ -84,7 +88,7 @@ static struct slot *free_slot(void) {
     return NULL;
 }
 
-static void begin_transfer(const struct slot *slot) {
+static void begin_transfer(struct slot *slot) {
     stop_transfer();
     PPI_STATUS = 0xFFFF;
     PPI_COUNT = (uint16_t)(port.format.width_px - 1);
@@ -98,6 +102,8 @@ static void begin_transfer(const struct slot *slot) {
     DMA0_CONFIG = DMA_ENABLE | DMA_TO_MEMORY | DMA_16_BITS | DMA_2D | DMA_INTERRUPT;
     PPI_CONTROL = PPI_ENABLE | PPI_NO_ITU | PPI_TWO_SYNCS | PPI_10_BITS;
     ssync();
+    port.filling = slot;
+    port.since_us = bf537_now_us();
 }
 
 static uint32_t faults_of(uint16_t status) {
@@ -106,29 +112,42 @@ static uint32_t faults_of(uint16_t status) {
            ((status & PPI_OVERFLOW) != 0 ? HAL_CAMERA_DAMAGED : 0u);
 }
 
-/// Receives one frame. `*begin_us`: when its first line was seen to arrive.
-static int receive(uint64_t deadline_us, struct slot *slot, uint64_t *begin_us, uint32_t *faults) {
-    bool begun = false;
-    *begin_us = bf537_now_us();
-    begin_transfer(slot);
+/// Waits for the frame of the transfer that runs. It goes on after ERROR_TIMEOUT: the caller waits
+/// in steps that may be shorter than a frame.
+static int receive(uint64_t deadline_us, uint32_t *faults) {
     for (;;) {
         const uint16_t status = DMA0_IRQ_STATUS;
         const uint64_t now_us = bf537_now_us();
-        if (!begun && (status & DMA_RUNS) != 0) {
-            begun = true;
-            *begin_us = now_us;
-        }
         if ((status & (DMA_DONE | DMA_ERROR)) != 0) {
             *faults = faults_of(PPI_STATUS);
             stop_transfer();
             return (status & DMA_ERROR) != 0 ? ERROR_IO : ERROR_OK;
         }
         if (now_us >= deadline_us) {
-            stop_transfer();
             return ERROR_TIMEOUT;
         }
         bf537_sleep_until_us(now_us + POLL_US < deadline_us ? now_us + POLL_US : deadline_us);
     }
+}
+
+/// Starts a transfer at `not_before_us`, unless one runs that was started then or later.
+static int begin(uint64_t not_before_us, uint64_t deadline_us) {
+    if (port.filling != NULL && port.since_us >= not_before_us) {
+        return ERROR_OK;
+    }
+    stop_transfer();
+    struct slot *slot = free_slot();
+    if (slot == NULL) {
+        return ERROR_MEMORY;
+    }
+    while (bf537_now_us() < not_before_us) {
+        if (bf537_now_us() >= deadline_us) {
+            return ERROR_TIMEOUT;
+        }
+        bf537_sleep_until_us(not_before_us < deadline_us ? not_before_us : deadline_us);
+    }
+    begin_transfer(slot);
+    return ERROR_OK;
 }
 
 static int take(void *self, uint64_t not_before_us, uint64_t deadline_us,
@@ -137,14 +156,13 @@ static int take(void *self, uint64_t not_before_us, uint64_t deadline_us,
     if (!port.started) {
         return ERROR_UNSUPPORTED;
     }
-    struct slot *slot = free_slot();
-    if (slot == NULL) {
-        return ERROR_MEMORY;
+    int error = begin(not_before_us, deadline_us);
+    if (error != ERROR_OK) {
+        return error;
     }
-    while (bf537_now_us() < not_before_us && bf537_now_us() < deadline_us) {
-        bf537_sleep_until_us(not_before_us < deadline_us ? not_before_us : deadline_us);
-    }
-    struct hal_camera_frame got = {.image = {.data = slot->data,
+    struct slot *slot = port.filling;
+    struct hal_camera_frame got = {.begin_us = port.since_us,
+                                   .image = {.data = slot->data,
                                              .width_px = port.format.width_px,
                                              .height_px = port.format.height_px,
                                              .stride = port.format.width_px,
@@ -152,7 +170,7 @@ static int take(void *self, uint64_t not_before_us, uint64_t deadline_us,
                                              .layout = RAW_BAYER_GRBG,
                                              .release = release,
                                              .owner = slot}};
-    const int error = receive(deadline_us, slot, &got.begin_us, &got.faults);
+    error = receive(deadline_us, &got.faults);
     port.counts.timeouts += error == ERROR_TIMEOUT;
     if (error != ERROR_OK) {
         return error;

@@ -88,6 +88,9 @@ class Chain(unittest.TestCase):
         for name in ("disparity.pfm", "reasons.png", "depth.png"):
             dsp, pc = ((self.folder / made / name).read_bytes() for made in ("surface", "pc"))
             self.assertEqual(dsp, pc, name)
+        # A frame of it takes longer than the rig waits at a time.
+        for line in ("window 1600 1200", "capture"):
+            self.assertRegex(board.type(line), r"\nOK\n", line)
         for line in ("window 96 96", "zoom density=3 distance=1800"):
             self.assertRegex(board.type(line), r"\nOK\n", line)
         found = re.findall(r"verdict: focused\n(?:.*\n){3}  distance: ([\d.]+) mm\n", board.type("autofocus"))
