@@ -122,7 +122,7 @@ class Demo(unittest.TestCase):
         for name in ("cylinder_1000", "cylinder_360", "mug_250", "figurine_180", "level_150"):
             self.assertIn(name, names)
         self.assertEqual(run("figures", "--list", "--only", "mug_.*").stdout.split(), ["mug_600", "mug_250"])
-        for wrong in (("--only", "mug"), ("--only", "("), ("--jobs", "0")):
+        for wrong in (("--only", "mug"), ("--only", "("), ("--jobs", "0"), ("--only", "mug_.*", "--document", "page")):
             done = run("figures", "--list", *wrong)
             self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), wrong)
 
