@@ -71,28 +71,16 @@ int files_need_directory(const struct command_call *call) {
                         daemon->config.files);
 }
 
+static int check_name(const struct command_call *call, const char *fault) {
+    return fault == NULL ? ERROR_OK : command_fail(call, ERROR_ARGUMENT, "NAME: %s", fault);
+}
+
 int files_check_plain(const struct command_call *call, const char *name) {
-    if (name[0] == '\0' || name[0] == '.' || strchr(name, '/') != NULL) {
-        return command_fail(call, ERROR_ARGUMENT,
-                            "NAME: not a plain name (no /, no dot at the beginning)");
-    }
-    return ERROR_OK;
+    return check_name(call, file_blocks_name_fault(name));
 }
 
 int files_check_new(const struct command_call *call, const char *name) {
-    static const char good[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.+=,@";
-    const int error = files_check_plain(call, name);
-    if (error == ERROR_OK && name[0] == '-') {
-        return command_fail(call, ERROR_ARGUMENT,
-                            "NAME: not a plain name (no - at the beginning: it would be an option "
-                            "of the programs that read it)");
-    }
-    if (error != ERROR_OK || name[strspn(name, good)] == '\0') {
-        return error;
-    }
-    return command_fail(call, ERROR_ARGUMENT,
-                        "NAME: invalid character (allowed: A-Z a-z 0-9 - _ . + = , @)");
+    return check_name(call, file_blocks_new_name_fault(name));
 }
 
 void files_name_now(const struct command_call *call, const char *kind, const char *ending,

@@ -50,12 +50,9 @@ void files_candidates_session(const struct command_candidates *to);
 /// ERROR_DEVICE if the directory was removed, with the call's message.
 int files_need_directory(const struct command_call *call);
 
-/// Checks the name of a file or session: not empty, no /, no dot at the beginning. 0, or
-/// ERROR_ARGUMENT with the call's message.
+/// Check the name of a file or session by file_blocks_name_fault, of a new one by
+/// file_blocks_new_name_fault. 0, or ERROR_ARGUMENT with the call's message.
 int files_check_plain(const struct command_call *call, const char *name);
-
-/// The same for a new name, which must need no quotes at the console or in a shell: also only
-/// letters, digits and - _ . + = , @.
 int files_check_new(const struct command_call *call, const char *name);
 
 /// Converts `number`, the errno of a system call on the file `name`, into an error with the call's

@@ -179,9 +179,8 @@ static int announce(const struct command_call *call, const struct file_blocks_se
     if (!known && block->is_block) {
         return refuse(call, ERROR_MISSING, name, "not announced (\"send NAME SIZE CRC\" first)");
     }
-    if (!known && (name[0] == '.' || strchr(name, '/') != NULL)) {
-        return refuse(call, ERROR_ARGUMENT, name,
-                      "not a plain name (no /, no dot at the beginning)");
+    if (!known && file_blocks_name_fault(name) != NULL) {
+        return refuse(call, ERROR_ARGUMENT, name, file_blocks_name_fault(name));
     }
     if (!known && bytes > sizeof sent.data) {
         return refuse(call, ERROR_FULL, name, "too large: a file of at most 393216 bytes fits");

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "console/line/file_blocks.h"
 #include "console/measure/measure_driver.h"
 #include "console/measure/measure_request.h"
 #include "core/error.h"
@@ -112,6 +113,10 @@ static int run_measure(const struct command_call *call) {
     const char *wrong = measure_request_make(call->values, &request);
     if (wrong != NULL) {
         return refuse(call, ERROR_ARGUMENT, wrong);
+    }
+    const char *fault = file_blocks_new_name_fault(call->values[MEASURE_REQUEST_NAME].text);
+    if (fault != NULL) {
+        return command_refuse(call, ERROR_ARGUMENT, "NAME: %s", fault);
     }
     memset(&driver, 0, sizeof driver);
     driver.call = call;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The commands of an instrument without a disk, those of firmware/bf537, on this machine: lines
-// from standard input, answers to standard output, in front of the simulated rig at the address
-// given. Memory is that of the board.
+// from standard input, progress ("... ") and answers to standard output, in front of the simulated
+// rig at the address given. SIGINT is Ctrl-C. Memory is that of the board.
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,16 +25,24 @@ static void put(void *self, const void *data, size_t bytes) {
     fwrite(data, 1, bytes, stdout);
 }
 
-static bool go_on(void *self) {
-    (void)self;
-    return false;
+static volatile sig_atomic_t stopped;
+
+static void stop(int number) {
+    (void)number;
+    stopped = 1;
 }
 
-static void ignore_progress(void *self, const char *what, uint32_t done, uint32_t total) {
+static bool should_stop(void *self) {
     (void)self;
-    (void)what;
+    return stopped;
+}
+
+static void show_progress(void *self, const char *what, uint32_t done, uint32_t total) {
+    (void)self;
     (void)done;
     (void)total;
+    printf("... %s\n", what);
+    fflush(stdout);
 }
 
 static void ignore_log(void *self, enum hal_log_level level, const char *text) {
@@ -103,7 +112,7 @@ int main(int argc, char **argv) {
     static const struct hal_store_operations store_operations = {load_nothing, save_nothing,
                                                                  remove_nothing};
     static const struct hal_store store = {&store_operations, NULL};
-    static const struct rig_observer observer = {go_on, ignore_progress, NULL};
+    static const struct rig_observer observer = {should_stop, show_progress, NULL};
     static struct command all[COMMANDS_ROOM];
     static struct sim_backend sim;
     static struct rig rig;
@@ -120,10 +129,12 @@ int main(int argc, char **argv) {
     rig_init(&rig, &profile, &ports, &observer);
     memory_pair_begin(pool, POOL_BYTES);
     memory_calibration_begin(&store);
+    (void)signal(SIGINT, stop);
     const struct command_table table =
         command_join(tables, sizeof tables / sizeof tables[0], all, COMMANDS_ROOM);
     while (fgets(line, sizeof line, stdin) != NULL) {
         line[strcspn(line, "\n")] = '\0';
+        stopped = 0;
         take_line(line, &rig, table);
         (void)rig_serve(&rig);
     }

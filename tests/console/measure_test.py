@@ -196,10 +196,20 @@ class Board(DaemonTest):
         return board
 
     @staticmethod
-    def ask(board, command):
+    def ask(board, command, stop_at=None):
+        """Presses Ctrl-C when progress begins with the text."""
         board.stdin.write(f"@json {command}\n")
         board.stdin.flush()
-        return json.loads(board.stdout.readline())
+        while (line := board.stdout.readline()).startswith("... "):
+            if stop_at and line.startswith("... " + stop_at):
+                board.send_signal(signal.SIGINT)
+        return json.loads(line)
+
+    def refused(self, board, command, error, *words, **stop):
+        answer = self.ask(board, command, **stop)
+        self.assertEqual(answer["error"], error, (command, answer))
+        for word in words:
+            self.assertIn(word, answer["message"])
 
     def send(self, board, name, data):
         head = f"send {name} {len(data)} {zlib.crc32(data):08X}"
@@ -227,6 +237,18 @@ class Board(DaemonTest):
         answer = self.ask(board, f"files {ours['result']['result']}")
         self.assertEqual([file["file"] for file in answer["result"]["files"]], ["surface.compact"])
         self.assertIn("view", self.ask(board, "measure cup fit=300 at=1,2")["message"])
+
+    def test_what_is_refused_or_stopped_leaves_the_rest(self):
+        board = self.begin_board()
+        self.send(board, "instrument.zoom", TEXT)
+        for command in self.commands[:2] + ("window 2048 1536 skip=8",):
+            self.assertTrue(self.ask(board, command)["ok"])
+        for name in ("../cup", ".cup", "-cup", "a/b"):
+            self.refused(board, f"measure {name} quick=yes", "ARGUMENT", "plain name")
+        self.refused(board, 'measure "a cup" quick=yes', "ARGUMENT", "invalid character")
+        self.assertTrue(self.ask(board, "calibration forget")["ok"])
+        for command in ("measure cup", "reconstruct"):
+            self.refused(board, command, "MISSING", "no calibration is set")
 
 
 if __name__ == "__main__":

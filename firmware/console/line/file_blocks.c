@@ -81,6 +81,25 @@ const struct command_argument file_blocks_send_arguments[SEND_ARGUMENTS] = {
                    .help = "the block in Base64"},
 };
 
+const char *file_blocks_name_fault(const char *name) {
+    return name[0] == '\0' || name[0] == '.' || strchr(name, '/') != NULL
+               ? "not a plain name (no /, no dot at the beginning)"
+               : NULL;
+}
+
+const char *file_blocks_new_name_fault(const char *name) {
+    static const char good[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.+=,@";
+    const char *fault = file_blocks_name_fault(name);
+    return fault != NULL ? fault
+           : name[0] == '-'
+               ? "not a plain name (no - at the beginning: it would be an option of the programs "
+                 "that read it)"
+           : name[strspn(name, good)] != '\0'
+               ? "invalid character (allowed: A-Z a-z 0-9 - _ . + = , @)"
+               : NULL;
+}
+
 bool file_blocks_parse_crc(const char *text, uint32_t *crc) {
     static const char digits[] = "0123456789ABCDEF0123456789abcdef";
     *crc = 0;

@@ -33,6 +33,13 @@ extern const struct command_argument file_blocks_fetch_arguments[FETCH_ARGUMENTS
 enum { SEND_NAME, SEND_SIZE, SEND_CRC, SEND_OFFSET, SEND_BLOCK_CRC, SEND_DATA, SEND_ARGUMENTS };
 extern const struct command_argument file_blocks_send_arguments[SEND_ARGUMENTS];
 
+/// Why a file or session cannot have this name: it is empty, has a / or begins with a dot. Static
+/// storage; NULL: it can.
+const char *file_blocks_name_fault(const char *name);
+/// The same for a new name, which must need no quotes at the console or in a shell: also only
+/// letters, digits and - _ . + = , @, and no - at the beginning.
+const char *file_blocks_new_name_fault(const char *name);
+
 /// Parses eight hexadecimal digits. False: something else.
 bool file_blocks_parse_crc(const char *text, uint32_t *crc);
 
