@@ -293,6 +293,7 @@ int memory_surface_make(const struct command_call *call,
     self.request = request;
     self.pair = pair;
     self.arena = memory_pair_arena();
+    self.arena->peak_bytes = self.arena->used_bytes;  // its own is what it reports
     self.record.options = request->options;
     int error = make_calibration();
     error = error == ERROR_OK ? make_plan(&plan) : error;
