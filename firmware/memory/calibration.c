@@ -102,6 +102,16 @@ void memory_calibration_begin(const struct hal_store *store) {
     }
 }
 
+/// Beside a surface if there is room, so that a file that is refused does not cost it.
+static int set_sent(const char *name, const char *text, size_t bytes, struct message *message) {
+    struct arena *rest = memory_pair_arena_rest();
+    const size_t mark = arena_mark(rest);
+    const int error = set_text(name, text, bytes, rest, message);
+    arena_release(rest, mark);
+    return error == ERROR_MEMORY ? set_text(name, text, bytes, memory_pair_arena(), message)
+                                 : error;
+}
+
 static int set(const struct command_call *call) {
     struct message message;
     size_t bytes = 0;
@@ -109,7 +119,7 @@ static int set(const struct command_call *call) {
     const char *text = memory_files_sent(name, &bytes);
     const int error = text == NULL ? command_text_message(&message, ERROR_MISSING,
                                                           "%s: not here (\"send\" it first)", name)
-                                   : set_text(name, text, bytes, memory_pair_arena(), &message);
+                                   : set_sent(name, text, bytes, &message);
     if (error != ERROR_OK) {
         return command_refuse(call, error, "%s", message.text);
     }

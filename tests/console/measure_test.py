@@ -246,6 +246,15 @@ class Board(DaemonTest):
         for name in ("../cup", ".cup", "-cup", "a/b"):
             self.refused(board, f"measure {name} quick=yes", "ARGUMENT", "plain name")
         self.refused(board, 'measure "a cup" quick=yes', "ARGUMENT", "invalid character")
+        self.refused(board, "measure cup fit=500 quick=yes", "CANCELLED", "cancelled", stop_at="zoom:")
+        self.assertEqual(self.ask(board, "status")["result"]["state"], "ready")
+        found = self.ask(board, "reconstruct near=1500 far=2500")["result"]
+        self.assertGreater(found["points"], 1000)
+        again = self.ask(board, "reconstruct near=1500 far=2500")["result"]
+        self.assertEqual(again["memory"], found["memory"])
+        self.send(board, "half.zoom", TEXT[:len(TEXT) // 2])
+        self.refused(board, "calibration set half.zoom", "SYNTAX", "half.zoom")
+        self.assertTrue(self.ask(board, f"files {found['result']}")["ok"])
         self.assertTrue(self.ask(board, "calibration forget")["ok"])
         for command in ("measure cup", "reconstruct"):
             self.refused(board, command, "MISSING", "no calibration is set")
