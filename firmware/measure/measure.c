@@ -137,6 +137,10 @@ static struct measure_step step_after_loss(struct measure *self, int error) {
     return step_from(self, MEASURE_SURFACE);
 }
 
+static bool is_result_pair(enum measure_phase phase) {
+    return phase == MEASURE_PAIR || phase == MEASURE_MERGED || phase == MEASURE_OTHER_PAIR;
+}
+
 static bool is_computed(enum measure_phase phase) {
     return phase == MEASURE_WIDE_SURFACE || phase == MEASURE_AIMED_SURFACE ||
            phase == MEASURE_SURFACE;
@@ -149,6 +153,9 @@ struct measure_step measure_next(struct measure *self, const struct measure_even
         return end(self, ERROR_CANCELLED);
     }
     if (event->lost) {
+        if (event->error == ERROR_OK && is_result_pair(phase)) {
+            (void)measure_take(self, event);  // it was taken before the instrument stopped
+        }
         return step_after_loss(self, event->error);
     }
     if (!is_computed(phase)) {

@@ -153,6 +153,22 @@ TEST_CASE("every step may fail, be cancelled or lose the instrument") {
     }
 }
 
+TEST_CASE("a pair that was taken before the instrument stopped is measured") {
+    for (const measure_phase phase : {MEASURE_PAIR, MEASURE_MERGED, MEASURE_OTHER_PAIR}) {
+        World world(9);
+        world.dark_part = 0.2;
+        world.meddle = [&](const measure_step &step, measure_event &event) {
+            event.lost = step.phase == phase;
+        };
+        const measure_result result = run(world, wish(MEASURE_WISH_ZOOM, 1), whole_rig());
+        INFO(measure_phase_text(phase));
+        CHECK(result.error == ERROR_OK);
+        CHECK(lost(result, MEASURE_LOSS_STOPPED));
+        CHECK((phase == MEASURE_OTHER_PAIR ? result.with_pair : result.pair) ==
+              uint32_t(world.pairs));
+    }
+}
+
 TEST_CASE("values that no instrument gives end a measurement without harm") {
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
