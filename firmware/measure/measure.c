@@ -128,17 +128,21 @@ void measure_refresh(struct measure *self, const struct measure_instrument *inst
     self->instrument = *instrument;
 }
 
+static bool is_result_pair(enum measure_phase phase) {
+    return phase == MEASURE_PAIR || phase == MEASURE_MERGED || phase == MEASURE_OTHER_PAIR;
+}
+
 // The instrument stopped: a pair that was taken needs it no longer.
-static struct measure_step step_after_loss(struct measure *self, int error) {
-    if (self->result.pair == 0 || self->phase == MEASURE_SURFACE) {
-        return end(self, error != ERROR_OK ? error : ERROR_NOT_READY);
+static struct measure_step step_after_loss(struct measure *self,
+                                           const struct measure_event *event) {
+    if (event->error == ERROR_OK && is_result_pair(self->phase)) {
+        (void)measure_take(self, event);
+    }
+    if (self->result.pair == 0) {
+        return end(self, event->error != ERROR_OK ? event->error : ERROR_NOT_READY);
     }
     measure_lose(self, MEASURE_LOSS_STOPPED);
     return step_from(self, MEASURE_SURFACE);
-}
-
-static bool is_result_pair(enum measure_phase phase) {
-    return phase == MEASURE_PAIR || phase == MEASURE_MERGED || phase == MEASURE_OTHER_PAIR;
 }
 
 static bool is_computed(enum measure_phase phase) {
@@ -152,11 +156,8 @@ struct measure_step measure_next(struct measure *self, const struct measure_even
     if (event->error == ERROR_CANCELLED) {
         return end(self, ERROR_CANCELLED);
     }
-    if (event->lost) {
-        if (event->error == ERROR_OK && is_result_pair(phase)) {
-            (void)measure_take(self, event);  // it was taken before the instrument stopped
-        }
-        return step_after_loss(self, event->error);
+    if (event->lost && !is_computed(phase)) {
+        return step_after_loss(self, event);
     }
     if (!is_computed(phase)) {
         self->instrument.ready = true;
