@@ -22,9 +22,12 @@ def table_of(heads, rows):
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
-def panel(data):
+def decoded(picture):
+    return cv2.imdecode(np.frombuffer(picture.data, np.uint8), cv2.IMREAD_COLOR)
+
+
+def panel(image):
     """Scaled to cover a panel, and cut to it about its middle."""
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     width, height = PANEL_PX
     factor = max(width / image.shape[1], height / image.shape[0])
     image = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
@@ -37,10 +40,9 @@ def sheet(figures, path):
     """A row for each surface: the left half of the pair, our disparities, our surface from two sides."""
     rows = []
     for figure in figures:
-        ours = [picture.data for picture in figure.pictures if "Vergence" in picture.caption]
-        pair = cv2.imdecode(np.frombuffer(figure.pictures[0].data, np.uint8), cv2.IMREAD_COLOR)
-        left = cv2.imencode(".png", pair[:, :pair.shape[1] // 2])[1].tobytes()
-        rows.append(np.hstack([panel(data) for data in [left, *ours[:3]]]))
+        ours = [decoded(picture) for picture in figure.pictures if "Vergence" in picture.caption]
+        pair = decoded(figure.pictures[0])
+        rows.append(np.hstack([panel(image) for image in [pair[:, :pair.shape[1] // 2], *ours[:3]]]))
     cv2.imwrite(str(path), np.vstack(rows), QUALITY)
 
 
@@ -68,8 +70,7 @@ def section(name, figure, folder):
             (folder / f"{stem}.svg").write_text(picture.svg, encoding="utf-8")
             text += f"![{picture.caption}]({stem}.svg)\n"
         else:
-            image = cv2.imdecode(np.frombuffer(picture.data, np.uint8), cv2.IMREAD_COLOR)
-            cv2.imwrite(str(folder / f"{stem}.webp"), image, QUALITY)
+            cv2.imwrite(str(folder / f"{stem}.webp"), decoded(picture), QUALITY)
             text += f"![{picture.caption}]({stem}.webp)\n"
     return text + "".join("\n" + table_of(table.heads, table.rows) for table in figure.tables[:1])
 
