@@ -8,10 +8,14 @@ import argparse
 import base64
 import dataclasses
 import html
+import io
 import os
 import pathlib
 import re
+import threading
 
+# The texts of all plots share one parser, which draws for one thread at a time.
+DRAWING = threading.Lock()
 PAGE = pathlib.Path(__file__).resolve().parents[1] / "host" / "page"
 STYLE = """
 .shots { display: grid; gap: 14px; grid-template-columns: repeat(auto-fit, minmax(min(100%, 300px), 1fr)); margin: 12px 0; align-items: start; }
@@ -102,6 +106,21 @@ class Figure:
     seed: int
     tables: list = dataclasses.field(default_factory=list)
     pictures: list = dataclasses.field(default_factory=list)
+
+
+def pyplot():
+    import matplotlib
+    matplotlib.use("svg")
+    from matplotlib import pyplot as found
+    return found
+
+
+def svg_of(figure):
+    text = io.StringIO()
+    with DRAWING:
+        figure.savefig(text, format="svg")
+        pyplot().close(figure)
+    return text.getvalue()[text.getvalue().index("<svg"):]
 
 
 def picture_html(picture):

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figure 3: pixels per mm² against zoom, frames a second against size, and a patch at 1x and at 10x."""
-import io
 import json
 import re
 
@@ -9,7 +8,7 @@ import numpy as np
 
 import board_shots
 import surface_picture
-from figure import Figure, Picture, Table
+from figure import Figure, Picture, Table, pyplot, svg_of
 from rig import TOOLS
 
 DISTANCE_MM = 2000
@@ -63,20 +62,6 @@ def density(context):
                   [Table(["zoom", "wanted", "stated", "measured", "measured over stated", "squares", "f²/Z²",
                           "both see"], rows, "px/mm²")],
                   [Picture("pixels per mm² of the board", svg=svg)])
-
-
-def pyplot():
-    import matplotlib
-    matplotlib.use("svg")
-    from matplotlib import pyplot as found
-    return found
-
-
-def svg_of(figure):
-    text = io.StringIO()
-    figure.savefig(text, format="svg")
-    pyplot().close(figure)
-    return text.getvalue()[text.getvalue().index("<svg"):]
 
 
 def plot_density(factors, measured):

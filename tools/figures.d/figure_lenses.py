@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures 4 and 5: a calibration pair before and after rectification; focal length against motor position."""
-import io
 import json
 import re
 
@@ -8,7 +7,7 @@ import cv2
 import numpy as np
 
 import board_shots
-from figure import Figure, Picture, Table
+from figure import Figure, Picture, Table, pyplot, svg_of
 from surface_picture import jpeg, smaller
 
 WIDTH_MM, DISTANCE_MM = 450, 1800
@@ -145,13 +144,10 @@ def plot(axes, rest, name, points, curve, line):
 
 
 def focal(context):
-    import matplotlib
-    matplotlib.use("svg")
-    from matplotlib import pyplot
     session = board_shots.CAPTURE
     corners = board_shots.corners_of(context.calibration / "corners.vnl")
     frames = readings(session)
-    figure, axes = pyplot.subplots(4, 2, figsize=(9.5, 9), height_ratios=[2.4, 1, 2.4, 1], layout="constrained")
+    figure, axes = pyplot().subplots(4, 2, figsize=(9.5, 9), height_ratios=[2.4, 1, 2.4, 1], layout="constrained")
     rows = []
     for column, side in enumerate(SIDES):
         context.progress(f"calibrating each zoom of the {side} camera alone")
@@ -169,10 +165,6 @@ def focal(context):
                          f"{100 * np.abs(np.polyval(line, zoom) / curve - 1).max():.2f} %",
                          f"{100 * np.sqrt(np.mean((values / curve - 1) ** 2)):.2f} %",
                          f"{np.sqrt(np.mean([((f - at) / s) ** 2 for (_, f, s), at in zip(points, curve)])):.1f}"])
-    svg = io.StringIO()
-    figure.savefig(svg, format="svg")
-    pyplot.close(figure)
-    text = svg.getvalue()
     solved = json.loads((context.calibration / "calibration.json").read_text(encoding="utf-8"))
     return Figure("Figure 5: focal length against motor position",
                   f"{len(zoom)} zooms of the calibration's capture. The paper calibrates each zoom alone and draws a "
@@ -182,7 +174,7 @@ def focal(context):
                   context.seed,
                   [Table(["", "the paper's line", "it is off by, rms", "at worst", "zooms alone are off by, rms",
                           "over their sigma"], rows, "Against the calibration of all zooms")],
-                  [Picture("fx and fy of both cameras; below each what is left", svg=text[text.index("<svg"):])])
+                  [Picture("fx and fy of both cameras; below each what is left", svg=svg_of(figure))])
 
 
 FIGURES = {"calibration_pair": pair, "focal_length": focal}
