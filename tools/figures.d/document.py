@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from figure import write_whole
-from figure_surfaces import FIGURES as SURFACES
+from figure_surfaces import FIGURES as SURFACES, METHODS
 
 # Of the first table of a surface's figure: the rows that the page has, and its columns' heads.
 SHOWN = {"visible measured": "visible measured", "of it with texture": "of it with texture",
@@ -48,16 +48,17 @@ def sheet(figures, path):
 
 def surfaces(figures, folder):
     sheet(figures, folder / "surfaces.webp")
-    rows = []
+    rows, methods = [], [name for _, name in METHODS]
     for figure in figures:
-        found = {name: values for name, *values in figure.tables[0].rows}
+        heads = figure.tables[0].heads[1:]
+        found = {name: dict(zip(heads, values)) for name, *values in figure.tables[0].rows}
         rows.append([re.sub(r"^Figure \d+: the | in the picture$", "", figure.title),
-                     *("; ".join(found[name]) for name in SHOWN)])
+                     *("; ".join(found[name].get(method, "-") for method in methods) for name in SHOWN)])
     heads = ["object", *SHOWN.values()]
     return ("## Figures 6 to 9: surfaces\n\n![pair, disparities and surfaces of each row](surfaces.webp)\n\n"
             "From left to right: the left picture, disparities (near is bright, grey was not measured), the surface "
-            "from the left, and from the right and above. In the table each cell has " +
-            ", ".join(figures[0].tables[0].heads[1:]) + ", as far as each found a surface.\n\n" +
+            "from the left, and from the right and above. Each cell of the table has the values of " +
+            ", ".join(methods) + "; a dash: no surface was found.\n\n" +
             table_of(heads, rows))
 
 

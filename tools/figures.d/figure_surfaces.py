@@ -22,7 +22,7 @@ def disparities(result):
 
 
 def number(value, digits=2, unit=""):
-    return "-" if value is None else f"{value:.{digits}f}{unit}"
+    return "-" if value is None else value if isinstance(value, str) else f"{value:.{digits}f}{unit}"
 
 
 def fit_of(group, key):
@@ -105,7 +105,7 @@ def surface(figure_number, scene, width_mm):
                    "opencv": measured.match_by_opencv(context, ours, context.folder / "opencv")}
         results = {key: result for key, result in results.items() if result is not None}
         shown = [(key, name) for key, name in METHODS if key in results]
-        missing = "".join(f" {name} finds no surface." for key, name in METHODS if key not in results)
+        missing = "".join(f". {name} finds no surface" for key, name in METHODS if key not in results)
         judged = {key: measured.judge(result, context.folder, scene, reply) for key, result in results.items()}
         maps = {key: disparities(result) for key, result in results.items()}
         limits = surface_picture.limits_of(ours, maps["surface"])
@@ -121,7 +121,7 @@ def surface(figure_number, scene, width_mm):
             (context.folder / f"picture_{index}.jpg").write_bytes(picture.data)
         return Figure(f"Figure {figure_number}: the {scene}, {width_mm} mm wide in the picture",
                       "1.8 m away, measured by one command from a cold instrument. OpenCV gets the pair at half size "
-                      f"where it needs more than 1.5 GB. {reply.get('sentence', '')}{missing}",
+                      f"where it needs more than 1.5 GB. {reply.get('sentence', '')}{missing}.",
                       f"vergence --connect measure {scene} {words}", context.seed,
                       [accuracy(judged, scene), measurement(reply, judged["surface"])], pictures)
     return make
