@@ -21,6 +21,38 @@ def load(*parts):
         return json.load(file)
 
 
+class Usage(unittest.TestCase):
+    def test_wrong_usage(self):
+        for tool in ("build", "demo", "figures", "install_packages"):
+            wrong = run(tool, "--no-such-thing")
+            self.assertEqual((wrong.returncode, wrong.stdout), (2, ""))
+            self.assertEqual(wrong.stderr.count("\n"), 1)
+            self.assertEqual(run(tool, "--help").returncode, 0)
+
+    def test_jobs_require_a_number(self):
+        for tool in ("build", "campaign fuzz", "cross", "cross.d/build_kernel_nommu", "cross.d/build_libraries",
+                     "image", "package", "system/build_busybox", "test"):
+            for number in ((), ("x",), ("0",)):
+                wrong = run(*tool.split(), "--jobs", *number)
+                self.assertEqual((wrong.returncode, wrong.stdout), (2, ""), (tool, number))
+                self.assertRegex(wrong.stderr, r"^tools/\w+: --jobs (requires|needs) a .*number.*\n$", (tool, number))
+
+    def test_what_only_takes_is_known_before_a_build(self):
+        for only in ("no_such_thing", "["):
+            wrong = run("campaign", "experiments", "--only", only)
+            self.assertEqual((wrong.returncode, wrong.stdout), (2, ""), only)
+            self.assertRegex(wrong.stderr, "^experiments.py: .*--only.*\n$", only)
+
+    def test_figures_are_listed_and_chosen(self):
+        names = run("figures", "--list").stdout.split()
+        for name in ("cylinder_1000", "cylinder_360", "mug_250", "figurine_180", "level_150"):
+            self.assertIn(name, names)
+        self.assertEqual(run("figures", "--list", "--only", "mug_.*").stdout.split(), ["mug_600", "mug_250"])
+        for wrong in (("--only", "mug"), ("--only", "("), ("--jobs", "0"), ("--only", "mug_.*", "--document", "page")):
+            done = run("figures", "--list", *wrong)
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), wrong)
+
+
 class Demo(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -109,22 +141,6 @@ class Demo(unittest.TestCase):
         with open(os.path.join(build, "build.log"), encoding="utf-8") as file:
             compiled = re.findall(r"Building \S+ object", file.read())
         self.assertEqual(compiled, [])
-
-    def test_wrong_usage(self):
-        for tool in ("build", "demo", "figures", "install_packages"):
-            wrong = run(tool, "--no-such-thing")
-            self.assertEqual((wrong.returncode, wrong.stdout), (2, ""))
-            self.assertEqual(wrong.stderr.count("\n"), 1)
-            self.assertEqual(run(tool, "--help").returncode, 0)
-
-    def test_figures_are_listed_and_chosen(self):
-        names = run("figures", "--list").stdout.split()
-        for name in ("cylinder_1000", "cylinder_360", "mug_250", "figurine_180", "level_150"):
-            self.assertIn(name, names)
-        self.assertEqual(run("figures", "--list", "--only", "mug_.*").stdout.split(), ["mug_600", "mug_250"])
-        for wrong in (("--only", "mug"), ("--only", "("), ("--jobs", "0"), ("--only", "mug_.*", "--document", "page")):
-            done = run("figures", "--list", *wrong)
-            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), wrong)
 
     def test_a_build_that_fails_reports_where(self):
         with tempfile.TemporaryDirectory(prefix="vergence-build-") as folder:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """usage: experiments.py BUILD [--runs N] [--seed N] [--jobs N] [--only REGEX] [--quick] [--board] [--out DIR]
                       [--write FILE]
+       experiments.py [--only REGEX] --list
 
 Measures the objects of tools/figures on the simulated rig by one `measure` each, with N seeds: each has its own
 noise, servos, motors, lights, place and turn of the object, and side of its ornament. Prints a table against the
@@ -171,11 +172,20 @@ def options_of(words):
     parser.add_argument("--out", type=pathlib.Path, default=cache / "vergence/experiments")
     parser.add_argument("--board", action="store_true")
     parser.add_argument("--write", type=pathlib.Path)
-    return parser.parse_args(words)
+    parser.add_argument("--list", action="store_true")
+    options = parser.parse_args(words)
+    options.names = [(scene, width) for _, scene, widths in ROWS for width in widths
+                     if options.only.fullmatch(f"{scene}_{width}")]
+    if not options.names:
+        parser.error("--only matches no measurement of --list")
+    return options
 
 
 def main():
     options = options_of(sys.argv[1:])
+    if options.list and not options.help:
+        print("\n".join(f"{scene}_{width}" for scene, width in options.names))
+        return 0
     if options.help or not options.build:
         print(__doc__, end="")
         return 0 if options.help else 2
@@ -187,13 +197,10 @@ def main():
     work = {}
     kind = ("-quick" if options.quick else "") + ("-board" if options.board else "")
     for seed in range(options.seed, options.seed + options.runs):
-        for _, scene, widths in ROWS:
-            for width in widths:
-                if options.only.fullmatch(f"{scene}_{width}"):
-                    context = Context(options.build.resolve(), solved.resolve(),
-                                      options.out.resolve() / f"{scene}_{width}-{seed}{kind}", seed, 1,
-                                      options.quick)
-                    work[pool.submit(experiment, context, scene, width, options.board)] = f"{scene} {width}"
+        for scene, width in options.names:
+            context = Context(options.build.resolve(), solved.resolve(),
+                              options.out.resolve() / f"{scene}_{width}-{seed}{kind}", seed, 1, options.quick)
+            work[pool.submit(experiment, context, scene, width, options.board)] = f"{scene} {width}"
     results = []
     try:
         for done in concurrent.futures.as_completed(work):
