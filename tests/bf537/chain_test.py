@@ -17,6 +17,7 @@ setUpModule = require_tool_chain
 RIG = ("--scene", "cylinder", "--rig", "perfect")
 DISTANCE_MM = 1800
 README = (pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "firmware/bf537/README.md").read_text(encoding="utf-8")
+START = re.search(r"(?ms)^export PATH=.*?(?=^vergence --connect)", README).group()
 COMMANDS = [line.split() for line in re.findall(r"(?m)^vergence --connect serial:dsp (.*)$", README)]
 
 
@@ -40,6 +41,14 @@ class Chain(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
+
+    def test_rig_and_board_start_as_a_reader_pastes_it(self):
+        (self.folder / "tools").symlink_to(pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tools")
+        start = START.replace("$(tools/build --where demo)/tools", str(pathlib.Path(os.environ["VERGENCE"]).parent))
+        done = subprocess.run(["bash", "-euc", f"trap 'kill $(jobs -p)' EXIT\n{start}"], cwd=self.folder, timeout=TIMEOUT_S, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("started: power on", done.stdout)
 
     def assert_distance(self, mm):
         self.assertAlmostEqual(mm, DISTANCE_MM, delta=0.02 * DISTANCE_MM)
