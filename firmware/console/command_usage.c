@@ -93,8 +93,10 @@ void command_expected(const struct command_argument *argument, struct command_te
             }
             command_text_add(text, "text of ");
             command_text_add_number(text, argument->min, 0);
-            command_text_add(text, " to ");
-            command_text_add_number(text, argument->max, 0);
+            if (argument->max > argument->min) {
+                command_text_add(text, " to ");
+                command_text_add_number(text, argument->max, 0);
+            }
             command_text_add(text, " characters");
             break;
     }

@@ -346,6 +346,12 @@ TEST_CASE("rejections name argument, range and unit") {
     refused("move left 1 0xFFFFFFFFFFFFFFFFFFFFFFFF", ERROR_RANGE, {"too large", "0 to 255"});
     refused("move left 1 2 ninechars", ERROR_RANGE, {"too long", "1 to 8 characters"});
     refused("move left 1 2 \"\"", ERROR_RANGE, {"too short", "1 to 8 characters"});
+    command_argument exact = move_arguments[3];
+    exact.min = exact.max;
+    char bytes[40];
+    command_text text = command_text_begin(bytes, sizeof bytes);
+    command_expected(&exact, &text);
+    CHECK(std::string(bytes) == "text of 8 characters");
 }
 
 TEST_CASE("malformed lines") {
