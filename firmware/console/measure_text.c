@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/measure_text.h"
 
+#include <math.h>
+
 #include "core/error.h"
 #include "core/invariant.h"
 
@@ -47,6 +49,10 @@ const char *measure_advice_text(enum measure_advice advice) {
 // Three digits, as figures of a measurement have.
 static void add_figure(struct command_text *text, double value) {
     const double size = value < 0 ? -value : value;
+    if (isinf(value)) {
+        command_text_add(text, "infinity");
+        return;
+    }
     command_text_add_number(text, value, size < 1 ? 3 : size < 10 ? 2 : size < 100 ? 1 : 0);
 }
 

@@ -121,7 +121,9 @@ struct measure_step measure_begin(struct measure *self, const struct measure_req
         self->near_mm = request->near_mm;
         self->far_mm = request->far_mm;
     }
-    return step_from(self, 0);
+    return self->near_mm > 0 && measure_may_zoom(self) && !measure_sees_stated(self)
+               ? end(self, ERROR_OVERLAP)
+               : step_from(self, 0);
 }
 
 void measure_refresh(struct measure *self, const struct measure_instrument *instrument) {

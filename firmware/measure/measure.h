@@ -29,7 +29,8 @@ extern "C" {
 
 /// Starts a measurement. The calibration must have passed zoom_calibration_validate. The first step
 /// is MEASURE_STEP_END with ERROR_ARGUMENT if the request is not finite, negative or has near >
-/// far, and with ERROR_MISSING if a wish needs the calibration of all zooms.
+/// far, with ERROR_MISSING if a wish needs the calibration of all zooms, and with ERROR_OVERLAP if
+/// the depths that are stated are in no view of both cameras.
 struct measure_step measure_begin(struct measure *self, const struct measure_request *request,
                                   const struct measure_instrument *instrument);
 

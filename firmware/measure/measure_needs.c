@@ -7,6 +7,7 @@
 #include "core/math.h"
 #include "measure/measure_steps.h"
 #include "measure/measure_tuning.h"
+#include "stereo/geometry/geometry.h"
 #include "stereo/zoom/zoom_aim.h"
 
 // ---- what is known
@@ -38,6 +39,60 @@ void measure_point(const struct measure *self, double point_mm[3]) {
     zoom_point_ahead(measure_model(self),
                      self->distance_mm > 0 ? self->distance_mm : MEASURE_ANY_DISTANCE_MM, 0,
                      point_mm);
+}
+
+double measure_look_ahead(const struct measure *self, struct zoom_state *state) {
+    const double stated_mm = (self->request.near_mm + self->request.far_mm) / 2;
+    const double distance_mm = stated_mm > 0 ? stated_mm : MEASURE_ANY_DISTANCE_MM;
+    double point_mm[3];
+    zoom_point_ahead(measure_model(self), distance_mm, 0, point_mm);
+    (void)zoom_aim(measure_model(self), point_mm, state, NULL);
+    return distance_mm;
+}
+
+// Where the right camera has a point at a depth along a ray of the left one: the tangent of the
+// angle to the right of its axis.
+static double tangent_at(const struct zoom_pair *pair, const double ray[3], double depth_mm) {
+    double turned[3], arm_mm[3], in_right_mm[3];
+    geometry_rotate(pair->side[0].R_instrument_camera, ray, turned);
+    for (int i = 0; i < 3; i++) {
+        arm_mm[i] = pair->side[0].position_mm[i] + turned[i] * depth_mm / ray[2] -
+                    pair->side[1].position_mm[i];
+    }
+    geometry_rotate_back(pair->side[1].R_instrument_camera, arm_mm, in_right_mm);
+    return in_right_mm[2] > 0 ? in_right_mm[0] / in_right_mm[2] : -(double)INFINITY;  // too near
+}
+
+bool measure_sees_stated(const struct measure *self) {
+    enum { COLUMNS = 9 };
+    const struct zoom_calibration *model = measure_model(self);
+    const struct zoom_frames frames = zoom_frames_or_whole(model, &self->instrument.frames);
+    const struct zoom_range *left = frames.edge_px[0], *right = frames.edge_px[1];
+    struct zoom_state state = self->axes;
+    struct zoom_pair pair;
+    double from[3], to[3], ray[3];
+    if (!self->pan_known) {
+        (void)measure_look_ahead(self, &state);
+    }
+    for (int side = 0; side < 2; side++) {
+        state.side[side].zoom_counts = model->camera[side].zoom.min;
+    }
+    zoom_pair_at(model->camera, &state, &pair);
+    const double row_px = (right[1].min + right[1].max) / 2;
+    bool seen = !lens_ray(&pair.side[1].lens, (const double[2]){right[0].min, row_px}, from) ||
+                !lens_ray(&pair.side[1].lens, (const double[2]){right[0].max, row_px}, to);
+    for (int i = 0; i < COLUMNS && !seen; i++) {
+        const double pixel_px[2] = {
+            left[0].min + (i + 0.5) / COLUMNS * (left[0].max - left[0].min),
+            (left[1].min + left[1].max) / 2,
+        };
+        if (lens_ray(&pair.side[0].lens, pixel_px, ray) && ray[2] > 0) {
+            // Nearer is farther to the left.
+            seen = tangent_at(&pair, ray, self->request.near_mm) <= to[0] / to[2] &&
+                   tangent_at(&pair, ray, self->request.far_mm) >= from[0] / from[2];
+        }
+    }
+    return seen;
 }
 
 double measure_focal_px(const struct measure *self) {
@@ -146,8 +201,10 @@ static bool needs_bringup(const struct measure *self) {
     return !self->instrument.ready;
 }
 
+// Without a look, too: the iris is where the last measurement left it.
 static bool needs_wide_iris(const struct measure *self) {
-    return needs_look(self) && self->instrument.iris;
+    return measure_may_move(self) && self->instrument.iris &&
+           (needs_look(self) || !(self->near_mm > 0));
 }
 
 static bool needs_wide_light(const struct measure *self) {

@@ -36,16 +36,9 @@ static bool prepare_bringup(struct measure *self, struct measure_step *step) {
 }
 
 static bool prepare_ahead(struct measure *self, struct measure_step *step) {
-    const double known_mm = (self->request.near_mm + self->request.far_mm) / 2;
-    const double distance_mm = known_mm > 0 ? known_mm : MEASURE_ANY_DISTANCE_MM;
-    struct zoom_state state = self->axes;
-    double point_mm[3];
-    zoom_point_ahead(measure_model(self), distance_mm, 0, point_mm);
     step->kind = MEASURE_STEP_AIM;
-    measure_explain(step, MEASURE_WHY_AHEAD, distance_mm, 0, 0, 0);
-    (void)zoom_aim(measure_model(self), point_mm, &state,
-                   NULL);  // straight ahead if that is too near
-    step->axes = state;
+    step->axes = self->axes;  // straight ahead
+    measure_explain(step, MEASURE_WHY_AHEAD, measure_look_ahead(self, &step->axes), 0, 0, 0);
     return true;
 }
 

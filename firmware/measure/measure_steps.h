@@ -24,6 +24,14 @@ bool measure_may_zoom(const struct measure *self);
 /// The subject, or a point ahead at its distance as far as that is known. The parts may move.
 void measure_point(const struct measure *self, double point_mm[3]);
 
+/// Turns `state` to a point ahead, in the middle of the depths that the request states, whose
+/// distance it returns. `state` stays if that is too near. The parts may move.
+double measure_look_ahead(const struct measure *self, struct zoom_state *state);
+
+/// Whether the depths that the request states are somewhere in the view of both cameras at the
+/// widest zoom, or will be when they have looked ahead. The parts may move.
+bool measure_sees_stated(const struct measure *self);
+
 /// Focal length of the left camera at the present zoom, px; 0: not known.
 double measure_focal_px(const struct measure *self);
 
@@ -40,8 +48,6 @@ double measure_centred(const struct measure *self);
 
 /// Whether a pair was taken with the same pan, at another zoom than the pair.
 bool measure_has_other(const struct measure *self);
-
-/// Whether the focus is left to the calibration, to save the time of a search.
 
 /// Whether a phase is needed, by what is known now.
 bool measure_needs(const struct measure *self, enum measure_phase phase);

@@ -133,6 +133,8 @@ class Measure(DaemonTest):
         self.refused("measure m fit=300", "MISMATCH", "other")
         self.ask("safe")
         self.calibrate()
+        for plan in ("", "plan=yes"):
+            self.refused(f"measure m near=100 far=200 {plan}", "OVERLAP", "100 to 200 mm", "near and far")
         self.refused("measure m fit=300", "FULL", "measure", "MB")  # four whole pairs
         self.assertEqual([name for name in self.names() if name not in before],
                          [name for name in ["instrument.zoom"] if name not in before])

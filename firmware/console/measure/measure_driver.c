@@ -141,7 +141,7 @@ static int check_ready(struct measure_driver *self) {
 static void announce(const struct measure_driver *self, const struct measure_report_step *noted) {
     const double at_s = elapsed_s(self);
     const double left_s = self->step.seconds + self->step.seconds_left;
-    if (noted != NULL) {
+    if (noted != NULL && !self->plan) {
         self->host->progress(self->call, noted->text, (uint32_t)at_s,
                              (uint32_t)(at_s + left_s + 1));
     }
@@ -213,6 +213,12 @@ static int drive(struct measure_driver *self, const struct measure_request *requ
 
 static int conclude(struct measure_driver *self, const struct measure_request *request) {
     const struct measure_result *result = &self->machine.result;
+    if (result->error == ERROR_OVERLAP && self->report.steps == 0) {
+        return command_refuse(self->call, ERROR_OVERLAP,
+                              "measure: nothing from %.0f to %.0f mm is in the view of both "
+                              "cameras (state other near and far, or \"aim\" there first)",
+                              request->near_mm, request->far_mm);
+    }
     if (self->plan) {
         measure_report_put_plan(&self->report, self->call, result);
     } else {

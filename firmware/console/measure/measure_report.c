@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "console/commands.h"
 #include "console/measure/measure_request.h"
 #include "console/measure/measure_share.h"
 #include "console/measure_text.h"
@@ -131,6 +132,13 @@ static void put_known(const struct command_call *call, const char *key, double v
     }
 }
 
+static void put_sharp(const struct command_call *call, const struct measure_result *result) {
+    put_known(call, "near_sharp_mm", result->sharp_near_mm, 1, "mm");
+    if (result->sharp_far_mm > 0) {
+        commands_lens_distance(call, "far_sharp_mm", result->sharp_far_mm);
+    }
+}
+
 static void put_steps(const struct measure_report *self, const struct command_call *call) {
     reply_group_begin(call, "steps", true);
     for (int i = 0; i < self->steps; i++) {
@@ -212,8 +220,7 @@ void measure_report_put_plan(const struct measure_report *self, const struct com
     reply_number(call, "seconds", self->seconds, 1, "s");
     put_known(call, "density_px_per_mm2", result->density_per_mm2, 3, "px/mm^2");
     put_known(call, "width_mm", result->width_mm, 1, "mm");
-    put_known(call, "near_sharp_mm", result->sharp_near_mm, 1, "mm");
-    put_known(call, "far_sharp_mm", result->sharp_far_mm, 1, "mm");
+    put_sharp(call, result);
 }
 
 void measure_report_put(const struct measure_report *self, const struct command_call *call,
@@ -234,8 +241,7 @@ void measure_report_put(const struct measure_report *self, const struct command_
     reply_number(call, "captures", self->captures, 0, NULL);
     put_known(call, "density_px_per_mm2", result->density_per_mm2, 3, "px/mm^2");
     put_known(call, "width_mm", result->width_mm, 1, "mm");
-    put_known(call, "near_sharp_mm", result->sharp_near_mm, 1, "mm");
-    put_known(call, "far_sharp_mm", result->sharp_far_mm, 1, "mm");
+    put_sharp(call, result);
     put_known(call, "f_number", self->f_number, 2, "f/");
     if (self->exposures > 0) {
         reply_group_begin(call, "exposures", true);

@@ -215,6 +215,42 @@ TEST_CASE("values that no instrument gives end a measurement without harm") {
     }
 }
 
+TEST_CASE("stated depths that no view of both cameras has are refused before anything moves") {
+    const double near_mm[] = {100, 1700, 300}, far_mm[] = {200, 2000, 30000};
+    for (const bool known : {false, true}) {
+        measure_instrument rig = whole_rig();
+        rig.ready = known;
+        for (int i = 0; i < 3; i++) {
+            measure_request request = wish(MEASURE_WISH_FIT, 300);
+            request.near_mm = near_mm[i];
+            request.far_mm = far_mm[i];
+            World world(10);
+            const measure_result result = run(world, request, rig);
+            CHECK((result.error == ERROR_OVERLAP) == (i == 0));
+            CHECK(world.steps.empty() == (i == 0));
+        }
+        // Turned away from each other, they see nothing far off either.
+        rig.axes.side[0].pan_rad = -0.9;
+        rig.axes.side[1].pan_rad = 0.9;
+        measure_request request = wish(MEASURE_WISH_FIT, 300);
+        request.near_mm = 1700;
+        request.far_mm = 2000;
+        World world(10);
+        CHECK((run(world, request, rig).error == ERROR_OVERLAP) == known);
+        // A small window has neither end of the depths in both views, and the middle.
+        for (int side = 0; side < 2; side++) {
+            rig.frames.edge_px[side][0] = {943.5, 1103.5};
+            rig.frames.edge_px[side][1] = {707.5, 827.5};
+            rig.axes.side[side].pan_rad = side == 0 ? 0.0694 : -0.0694;  // at 1800 mm
+        }
+        rig.frames.skip = 1;
+        request.near_mm = 1000;
+        request.far_mm = 4000;
+        World small(10);
+        CHECK(run(small, request, rig).error != ERROR_OVERLAP);
+    }
+}
+
 TEST_CASE("a wish out of reach is met as nearly as possible, and says so") {
     World world(10);
     const measure_result result = run(world, wish(MEASURE_WISH_DENSITY, 5000), whole_rig());

@@ -91,9 +91,10 @@ TEST_CASE("quick at 1x takes one look") {
     CHECK(run(other, wish(MEASURE_WISH_ZOOM, 1, true), whole_rig()).advice ==
           MEASURE_ADVICE_NOTHING);
     CHECK(world.pairs == 1);
-    const std::vector<measure_phase> expected = {MEASURE_BRINGUP, MEASURE_AHEAD, MEASURE_ZOOM,
-                                                 MEASURE_FOCUS,   MEASURE_LIGHT, MEASURE_PAIR,
-                                                 MEASURE_SURFACE};
+    // The iris, too: it is where the last measurement left it.
+    const std::vector<measure_phase> expected = {MEASURE_BRINGUP, MEASURE_AHEAD,  MEASURE_WIDE_IRIS,
+                                                 MEASURE_ZOOM,    MEASURE_FOCUS,  MEASURE_LIGHT,
+                                                 MEASURE_PAIR,    MEASURE_SURFACE};
     REQUIRE(world.steps.size() == expected.size());
     for (std::size_t i = 0; i < expected.size(); i++) {
         CHECK(world.steps[i].phase == expected[i]);
@@ -298,6 +299,11 @@ TEST_CASE("steps and results in words") {
     CHECK(std::string(bytes).find("into the view: 3.1 -> 0.8 mm") != std::string::npos);
     CHECK(std::string(bytes).find("measured, holes mostly: no texture; better") !=
           std::string::npos);
+    measure_step step{};
+    step.reason = {MEASURE_WHY_IRIS_OPEN, {1.6, 14000, INFINITY, 0}};
+    text = command_text_begin(bytes, sizeof bytes);
+    measure_text_add_step(&text, &step);
+    CHECK(std::string(bytes).find("from 14000 to infinity mm") != std::string::npos);
     for (int why = 0; why < MEASURE_WHYS; why++) {
         const std::string template_text = measure_why_text(static_cast<measure_why>(why));
         CHECK(std::count(template_text.begin(), template_text.end(), '#') <= MEASURE_NUMBERS);
