@@ -349,7 +349,7 @@ static bool is_planned_only(const struct command_words *words) {
     return planned;
 }
 
-/// Checks the local command before the instrument works for it. False: `*error` ends it.
+/// Checks the local command, and that NAME is new here. False: `*error` ends it.
 static bool check_here(struct remote *self, const struct command_words *line, char *name,
                        const struct parts *parts, int *error, struct message *message) {
     char *words[LOCAL_WORDS_MAX];
@@ -357,10 +357,12 @@ static bool check_here(struct remote *self, const struct command_words *line, ch
     if (self->measure == NULL || self->measure->check == NULL || self->line.serial) {
         return true;
     }
-    // What the instrument measures is new there.
-    if (is_plain(name) && !is_planned_only(line) && lstat(name, &about) == 0) {
+    const bool missing = name[0] == '-' && strcmp(name, "--help") != 0;
+    if (missing || (is_plain(name) && !is_planned_only(line) && lstat(name, &about) == 0)) {
         *error = message_set(message, ERROR_ARGUMENT,
-                             "measure: %s exists here (remove it, or give another name)", name);
+                             missing ? "measure: NAME is missing before %s"
+                                     : "measure: %s exists here (remove it, or give another name)",
+                             name);
         return false;
     }
     const int code = self->measure->check(make_words(self, name, parts, words), words);
@@ -383,9 +385,7 @@ int remote_measure(struct remote *self, const struct command_words *words, remot
                                   .is_measure = strcmp(words->word[0], "measure") == 0,
                                   .file.fd = -1};
     self->measure_exit = CLIENT_OK;
-    if (words->count > 1) {
-        snprintf(measuring.name, sizeof measuring.name, "%s", words->word[1]);
-    }
+    snprintf(measuring.name, NAME_BYTES, "%s", words->count > 1 ? words->word[1] : "");
     int error = split(words, &parts, message);
     if (error == ERROR_OK && measuring.is_measure &&
         !check_here(self, words, measuring.name, &parts, &error, message)) {

@@ -175,10 +175,10 @@ class Remote(ConsoleTest):
         place = pathlib.Path(self.path_of("pc"))
         place.mkdir()
 
-        def measure(*words, program=os.environ["VERGENCE"], json_too=(), fresh=True):
+        def measure(*words, program=os.environ["VERGENCE"], json_too=(), fresh=True, name="cup"):
             if fresh:
                 shutil.rmtree(place / "cup", ignore_errors=True)
-            return subprocess.run([program, "--connect", where, *json_too, "measure", "cup", *words],
+            return subprocess.run([program, "--connect", where, *json_too, "measure", name, *words],
                                   capture_output=True, text=True, timeout=TIMEOUT_S, cwd=place)
         done = measure("fit=900", "--quick", "--out", "made")
         # A session of 128 x 96 px: too small for a good surface, but it has a report.
@@ -199,6 +199,9 @@ class Remote(ConsoleTest):
         done = measure(fresh=False)
         self.assertEqual((done.returncode, done.stdout), (1, ""), done.stderr)
         self.assertIn("cup exists here", done.stderr)
+        done = measure(name="--plan", fresh=False)
+        self.assertEqual((done.returncode, done.stdout), (1, ""), done.stderr)
+        self.assertIn("NAME is missing", done.stderr)
         done = measure(json_too=["--json"])
         self.assertEqual(done.stderr.count("\n"), int(done.returncode == 4), done.stderr)
         self.assertEqual(json.loads(done.stdout)["result"]["fetched"], "cup")

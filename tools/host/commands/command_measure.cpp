@@ -82,7 +82,9 @@ std::vector<command_argument> options_of() {
 const char description[] =
     "Makes the surface of a measurement that \"measure\" took at an instrument (\"vergence "
     "--connect ADDRESS measure NAME\" also fetches it): the same points, with the options that the "
-    "instrument used, and a report that lists its decisions. SESSION may be a recording of it.\n"
+    "instrument used, and a report that lists its decisions. SESSION may be a recording of it. "
+    "\"vergence --connect ADDRESS help measure\" explains the instrument's options (fit, density, "
+    "zoom, at, near, far, quick, plan).\n"
     "Options are those of \"vergence reconstruct\" and replace the instrument's. The results are "
     "in SESSION-surface, in the working directory, unless --out names another.\n"
     "A board or a length in view (--board, --length) shows what no scene of unknown size can: with "
