@@ -13,11 +13,21 @@ extern "C" {
 /// Alignment in bytes of every allocation (a cache line, an AVX-512 register).
 enum { ARENA_ALIGNMENT = 64 };
 
+/// Memory that is faster than the rest, such as that within a processor: for what loops use most.
+struct arena_fast {
+    unsigned char *base;
+    size_t size_bytes;
+    size_t used_bytes;
+};
+enum { ARENA_FAST_BLOCKS = 3 };
+
 struct arena {
     unsigned char *base;
     size_t size_bytes;
     size_t used_bytes;
     size_t peak_bytes;
+    struct arena_fast fast[ARENA_FAST_BLOCKS];
+    struct arena_loan *loan;  // the last allocation in fast memory
 };
 
 /// Gives the arena the use of `size_bytes` at `memory`; the caller keeps ownership and must keep it
@@ -27,6 +37,15 @@ void arena_init(struct arena *arena, void *memory, size_t size_bytes);
 /// Allocates `count` elements of `element_bytes`, aligned, not cleared; NULL if they do not fit or
 /// the product overflows. Valid until released.
 void *arena_take(struct arena *arena, size_t count, size_t element_bytes);
+
+/// Lends fast memory; a processor without any lends none.
+void arena_lend_fast(struct arena *arena, void *memory, size_t size_bytes);
+
+/// As `arena_take`, in fast memory where it fits. What it takes of the rest is no more than that.
+void *arena_take_fast(struct arena *arena, size_t count, size_t element_bytes);
+
+/// What is free, as an arena of its own; the other one takes nothing while it is in use.
+struct arena arena_rest(const struct arena *arena);
 
 /// The present fill level, for `arena_release`.
 size_t arena_mark(const struct arena *arena);

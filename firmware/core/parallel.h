@@ -18,6 +18,10 @@ struct parallel {
     void (*relax)(void *self);
 };
 
+/// Calls part(context, index). The program of a processor with little fast memory defines its
+/// own, with a stack in that memory.
+void parallel_call(void (*part)(void *context, int index), void *context, int index);
+
 /// One thread: the parts run in order on the caller's thread.
 extern const struct parallel parallel_serial;
 
