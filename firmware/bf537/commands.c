@@ -21,8 +21,11 @@ static int run_board(const struct command_call *call) {
     const struct bf537_console *console = call->context;
     reply_text(call, "started", bf537_fault_last());
     reply_number(call, "up", (double)bf537_now_us() / us_per_s, 1, "s");
-    reply_number(call, "stack", (double)bf537_stack_bytes(), 0, "bytes");
-    reply_number(call, "stack_used", (double)bf537_stack_used_bytes(), 0, "bytes");
+    const struct bf537_stack stack = bf537_stack(), l1_stack = bf537_l1_stack();
+    reply_number(call, "stack", (double)stack.bytes, 0, "bytes");
+    reply_number(call, "stack_used", (double)stack.used_bytes, 0, "bytes");
+    reply_number(call, "l1_stack", (double)l1_stack.bytes, 0, "bytes");
+    reply_number(call, "l1_stack_used", (double)l1_stack.used_bytes, 0, "bytes");
     reply_number(call, "console_overruns", (double)console->serial->lost, 0, NULL);
     return ERROR_OK;
 }
@@ -30,7 +33,7 @@ static int run_board(const struct command_call *call) {
 static const struct command *board_table(size_t *count) {
     static const struct command commands[] = {
         {.name = "board",
-         .summary = "show why the board was started, and the deepest use of its stack",
+         .summary = "show why the board was started, and the deepest use of its stacks",
          .help = "After a fault, \"started\" is the reason that was reported then.",
          .flags = COMMAND_NO_RIG,
          .run = run_board},

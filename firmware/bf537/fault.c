@@ -30,6 +30,8 @@ struct frame {
 
 extern uint32_t _bf537_stack_begin[] __asm__("_bf537_stack_begin");
 extern uint32_t _bf537_stack_end[] __asm__("_bf537_stack_end");
+extern uint32_t _bf537_l1_stack_begin[] __asm__("_bf537_l1_stack_begin");
+extern uint32_t _bf537_l1_stack_end[] __asm__("_bf537_l1_stack_end");
 extern uint8_t _bf537_text_begin[] __asm__("_bf537_text_begin");
 extern uint8_t _bf537_text_end[] __asm__("_bf537_text_end");
 
@@ -108,19 +110,30 @@ static bool follows_call(uint32_t address) {
     return (before[-2] & 0xFF00) == 0xE300 || (before[-1] & 0xFFE8) == 0x0060;
 }
 
-/// Return addresses on the stack, the innermost first.
+static bool is_within(uint32_t address, const uint32_t *begin, const uint32_t *end) {
+    return address >= (uint32_t)(uintptr_t)begin && address < (uint32_t)(uintptr_t)end;
+}
+
+/// Return addresses on the stack, the innermost first. That of a part of the work has the place on
+/// the other one where it was called at its begin (l1.S).
 static void print_calls(uint32_t sp, uint32_t rets) {
-    const uint32_t begin = (uint32_t)(uintptr_t)_bf537_stack_begin;
-    const uint32_t end = (uint32_t)(uintptr_t)_bf537_stack_end;
     int printed = 0;
     print("calls:");
     print_register("rets", rets);
-    for (uint32_t at = sp < begin || sp > end ? begin : sp & ~3u; at < end && printed < CALLS_MAX;
-         at += 4) {
+    uint32_t at = sp & ~3u;
+    const bool in_part = is_within(at, _bf537_l1_stack_begin, _bf537_l1_stack_end);
+    if (!in_part && !is_within(at, _bf537_stack_begin, _bf537_stack_end)) {
+        at = (uint32_t)(uintptr_t)_bf537_stack_begin;
+    }
+    while (at != (uint32_t)(uintptr_t)_bf537_stack_end && printed < CALLS_MAX) {
         const uint32_t value = *(const uint32_t *)(uintptr_t)at;
+        at += 4;
         if (is_text(value) && is_text(value - 4) && follows_call(value)) {
             print_register("", value);
             printed++;
+        }
+        if (at == (uint32_t)(uintptr_t)_bf537_l1_stack_end) {
+            at = value;
         }
     }
     print("\r\n");
@@ -183,7 +196,7 @@ void invariant_failed(const char *file, int line, const char *condition) {
 
 void bf537_fault_check_stack(void) {
     for (int i = 0; i < GUARD_WORDS; i++) {
-        if (_bf537_stack_begin[i] != STACK_FILL) {
+        if (_bf537_stack_begin[i] != STACK_FILL || _bf537_l1_stack_begin[i] != STACK_FILL) {
             restart("the stack ran over its end");
         }
     }
@@ -195,16 +208,21 @@ void bf537_fault_check_cache(void) {
     }
 }
 
-size_t bf537_stack_bytes(void) {
-    return (size_t)((const uint8_t *)_bf537_stack_end - (const uint8_t *)_bf537_stack_begin);
-}
-
-size_t bf537_stack_used_bytes(void) {
-    const uint32_t *lowest = _bf537_stack_begin;
-    while (lowest < _bf537_stack_end && *lowest == STACK_FILL) {
+static struct bf537_stack measure_stack(const uint32_t *begin, const uint32_t *end) {
+    const uint32_t *lowest = begin;
+    while (lowest < end && *lowest == STACK_FILL) {
         lowest++;
     }
-    return (size_t)((const uint8_t *)_bf537_stack_end - (const uint8_t *)lowest);
+    return (struct bf537_stack){(size_t)(end - begin) * sizeof *begin,
+                                (size_t)(end - lowest) * sizeof *begin};
+}
+
+struct bf537_stack bf537_stack(void) {
+    return measure_stack(_bf537_stack_begin, _bf537_stack_end);
+}
+
+struct bf537_stack bf537_l1_stack(void) {
+    return measure_stack(_bf537_l1_stack_begin, _bf537_l1_stack_end);
 }
 
 const char *bf537_fault_last(void) {

@@ -11,14 +11,17 @@
 /// start, as the reason is kept for one restart. Static storage.
 const char *bf537_fault_last(void);
 
-/// Ends the program if the stack has run over its end.
+/// Ends the program if a stack has run over its end.
 void bf537_fault_check_stack(void);
 
 /// Ends the program if the data cache is on: frames by DMA would not be what the processor reads.
 void bf537_fault_check_cache(void);
 
-/// Largest depth of the stack so far, and its size.
-size_t bf537_stack_used_bytes(void);
-size_t bf537_stack_bytes(void);
+/// The stack, and that of parts of the work: its size, and its largest depth so far.
+struct bf537_stack {
+    size_t bytes, used_bytes;
+};
+struct bf537_stack bf537_stack(void);
+struct bf537_stack bf537_l1_stack(void);
 
 #endif

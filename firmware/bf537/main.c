@@ -9,6 +9,7 @@
 #include "bf537/fault.h"
 #include "bf537/flags.h"
 #include "bf537/flash.h"
+#include "bf537/l1.h"
 #include "bf537/mmr.h"
 #include "bf537/ppi.h"
 #include "bf537/serial.h"
@@ -87,7 +88,10 @@ _Noreturn void bf537_main(void) {
     const struct rig_observer observer = bf537_console_observer(&console);
     rig_init(&rig, &profile, &ports, &observer);
     uint8_t *const rest = _bf537_pool_begin + FRAMES_BYTES;
-    memory_pair_begin(rest, (size_t)(_bf537_pool_end - rest));
+    struct arena lent;
+    arena_init(&lent, rest, (size_t)(_bf537_pool_end - rest));
+    bf537_l1_lend(&lent);
+    memory_pair_begin(&lent);
     memory_calibration_begin(bf537_flash_open(&observer));  // a second, without the watchdog
     bf537_watchdog_start();
     bf537_console_begin(&console, &console_serial, &rig, bf537_commands());

@@ -22,7 +22,7 @@ __start:
     cycles = r0;
     cycles2 = r0;
 
-    /* Zero what is not initialised, then fill the stack with what the high-water mark is found by. */
+    /* Zero what is not initialised, then fill the stacks with what the high-water mark is found by. */
     p0.l = _bf537_bss_begin;
     p0.h = _bf537_bss_begin;
     p1.l = _bf537_bss_end;
@@ -34,6 +34,11 @@ __start:
     p1.h = _bf537_stack_end;
     r0.l = 0x5A5A;
     r0.h = 0x5A5A;
+    call fill;
+    p0.l = _bf537_l1_stack_begin;
+    p0.h = _bf537_l1_stack_begin;
+    p1.l = _bf537_l1_stack_end;
+    p1.h = _bf537_l1_stack_end;
     call fill;
 
     /* Events: 2 is NMI, 3 exceptions, 5 hardware errors, 6 the core's timer, 7 to 13 devices. */

@@ -18,8 +18,8 @@ struct parallel {
     void (*relax)(void *self);
 };
 
-/// Calls part(context, index). The program of a processor with little fast memory defines its
-/// own, with a stack in that memory.
+/// Calls part(context, index). The program of a processor with little fast memory defines its own,
+/// with a stack there. A part calls no `run`, which may do more between its parts than fits there.
 void parallel_call(void (*part)(void *context, int index), void *context, int index);
 
 /// One thread: the parts run in order on the caller's thread.

@@ -31,8 +31,8 @@ static struct {
     size_t used_bytes;  // of the arena, by these
 } last;
 
-void memory_pair_begin(void *memory, size_t bytes) {
-    arena_init(&arena, memory, bytes);
+void memory_pair_begin(const struct arena *lent) {
+    arena = *lent;
 }
 
 const struct pair *memory_pair_last(const char **name) {

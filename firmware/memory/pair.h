@@ -12,7 +12,7 @@
 #include "rig/pair.h"
 
 /// Lends memory for merged frames and for all that a reconstruction needs and gives.
-void memory_pair_begin(void *memory, size_t bytes);
+void memory_pair_begin(const struct arena *lent);
 
 /// The last pair, and the name of its files; NULL: none.
 const struct pair *memory_pair_last(const char **name);

@@ -178,7 +178,7 @@ static void run_parts(void *cookie, void (*part)(void *context, int index), void
                       int count) {
     for (int index = 0; index < count; index++) {
         serve(cookie);
-        part(context, index);
+        parallel_call(part, context, index);
     }
 }
 

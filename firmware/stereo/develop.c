@@ -162,15 +162,15 @@ static bool take_buffers(struct develop_state *develop, struct arena *arena) {
     const struct raw_image *raw = develop->raw;
     const size_t width = (size_t)raw->width_px;
     const size_t parts = (size_t)develop->parts;
-    develop->tone = arena_take(arena, (size_t)1 << raw->bits, 1);
+    develop->tone = arena_take_fast(arena, (size_t)1 << raw->bits, 1);
     bool whole = develop->tone != NULL;
     for (int c = 0; c < CHANNELS; c++) {
-        develop->balanced[c] = arena_take(arena, (size_t)1 << raw->bits, 1);
+        develop->balanced[c] = arena_take_fast(arena, (size_t)1 << raw->bits, 1);
         whole = whole && develop->balanced[c] != NULL;
     }
-    develop->rgb = arena_take(arena, parts * CHANNELS * width, sizeof *develop->rgb);
-    develop->work =
-        arena_take(arena, parts * CHANNELS * (width + DEBAYER_MARGIN_PX), sizeof *develop->work);
+    develop->rgb = arena_take_fast(arena, parts * CHANNELS * width, sizeof *develop->rgb);
+    develop->work = arena_take_fast(arena, parts * CHANNELS * (width + DEBAYER_MARGIN_PX),
+                                    sizeof *develop->work);
     return whole && develop->rgb != NULL && develop->work != NULL;
 }
 

@@ -106,31 +106,49 @@ static void forget_rows(struct pictures *pictures) {
     }
 }
 
+struct beginning {
+    struct pictures *pictures;
+    const struct rectify_plan *plan;
+    const struct calibration *calibration;
+    struct arena *arena;
+    struct develop_balance balance;
+    int error;
+};
+
+static void make_table(void *context, int index) {
+    struct beginning *beginning = context;
+    struct picture_side *side = beginning->pictures->side;
+    // One balance for both, as both see the same scene in the same light.
+    if (index == 0) {
+        beginning->balance = develop_balance_of(&side->raw);
+    }
+    beginning->error = rectify_table_make(beginning->plan, beginning->calibration,
+                                          index == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT,
+                                          beginning->arena, &side[index].table);
+}
+
 int pictures_begin(struct pictures *pictures, const struct rectify_plan *plan,
                    const struct calibration *calibration, struct arena *arena) {
     pictures->sides = 2;
     pictures->in_colour = true;
     forget_rows(pictures);
     pictures->coordinates_q16 =
-        arena_take(arena, (size_t)pictures->parallel->threads * 2 * (size_t)plan->width_px,
-                   sizeof *pictures->coordinates_q16);
+        arena_take_fast(arena, (size_t)pictures->parallel->threads * 2 * (size_t)plan->width_px,
+                        sizeof *pictures->coordinates_q16);
     if (pictures->coordinates_q16 == NULL) {
         return ERROR_MEMORY;
     }
-    // One balance for both, as both see the same scene in the same light.
-    const struct develop_balance balance = develop_balance_of(&pictures->side[0].raw);
-    int error = ERROR_OK;
-    for (int i = 0; i < 2 && error == ERROR_OK; i++) {
+    struct beginning beginning = {pictures, plan, calibration, arena, {{0}}, ERROR_OK};
+    for (int i = 0; i < 2 && beginning.error == ERROR_OK; i++) {
         struct picture_side *side = &pictures->side[i];
-        error = rectify_table_make(plan, calibration, i == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT, arena,
-                                   &side->table);
-        if (error == ERROR_OK) {
+        parallel_call(make_table, &beginning, i);
+        if (beginning.error == ERROR_OK) {
             side->strip_rows = strip_rows_of(
                 plan, calibration, i == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT, side->raw.height_px);
-            error = begin_side(pictures, side, &balance, arena);
+            beginning.error = begin_side(pictures, side, &beginning.balance, arena);
         }
     }
-    return error;
+    return beginning.error;
 }
 
 int pictures_begin_ahead(const struct pictures *pictures, int ring_rows, struct arena *arena,

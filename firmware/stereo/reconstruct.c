@@ -306,9 +306,7 @@ static int match(struct run *run) {
     }
     const struct match_input input = match_input_of(run);
     // A view of the rest of the arena, to measure the matcher's own peak.
-    struct arena rest;
-    arena_init(&rest, run->arena->base + run->arena->used_bytes,
-               run->arena->size_bytes - run->arena->used_bytes);
+    struct arena rest = arena_rest(run->arena);
     const int error =
         match_run(&input, &options, run->parallel, match_band_done, run, &rest, &result->match);
     result->match_peak_bytes = rest.peak_bytes;

@@ -20,6 +20,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
+#include "stereo/match/checks.h"
 #include "stereo/subpixel_strip.h"
 
 enum {
@@ -34,10 +35,6 @@ enum {
     // Columns in the right image that are not in it, whatever moves.
     WHOLE_MIN = -1024,
     WHOLE_MAX = 2 * IMAGE_MAX_SIDE_PX,
-    SHORT_ROWS = 3 * ARRIVING_ROWS +
-                 SUBPIXEL_STEPS * (WAITING_ROWS + SUBPIXEL_WINDOW + 3 * TERM_ROWS + 3) +
-                 WAITING_ROWS + 7,
-    LONG_ROWS = SUBPIXEL_STEPS * 4 + 6,
 };
 
 static int strips_of(int width, int threads) {
@@ -52,80 +49,85 @@ static size_t row_elements(int columns) {
     return (needed + VECTOR_ELEMENTS - 1) / VECTOR_ELEMENTS * VECTOR_ELEMENTS + VECTOR_ELEMENTS;
 }
 
-static size_t strip_bytes(int columns) {
-    const size_t row = row_elements(columns);
-    return VECTOR_ELEMENTS * sizeof(uint32_t) +
-           row * (SHORT_ROWS * sizeof(uint16_t) + LONG_ROWS * sizeof(uint32_t));
+// Rows of a strip, with VECTOR_ELEMENTS zeros before the first and after each.
+static void *take_rows(struct match_memory *memory, const struct subpixel_strip *strip, int rows,
+                       size_t element_bytes) {
+    const size_t row = row_elements(strip->end - strip->begin);
+    const size_t elements = VECTOR_ELEMENTS + row * (size_t)rows;
+    uint8_t *taken = match_take(memory, elements, element_bytes);
+    if (taken == NULL) {
+        return NULL;
+    }
+    memset(taken, 0, elements * element_bytes);
+    return taken + VECTOR_ELEMENTS * element_bytes;
+}
+
+static void *take_short(struct match_memory *memory, const struct subpixel_strip *strip) {
+    return take_rows(memory, strip, 1, sizeof(uint16_t));
+}
+
+static void *take_long(struct match_memory *memory, const struct subpixel_strip *strip) {
+    return take_rows(memory, strip, 1, sizeof(uint32_t));
+}
+
+static struct subpixel_ring take_ring(struct match_memory *memory,
+                                      const struct subpixel_strip *strip, int rows) {
+    return (struct subpixel_ring){take_rows(memory, strip, rows, sizeof(uint16_t)), rows,
+                                  (ptrdiff_t)row_elements(strip->end - strip->begin)};
+}
+
+static void take_step(struct match_memory *memory, const struct subpixel_strip *strip,
+                      struct subpixel_step *step) {
+    step->sums.gradient2 = take_long(memory, strip);
+    step->sums.product = take_long(memory, strip);
+    step->sums.difference2 = take_long(memory, strip);
+    step->sums.neighbours = take_long(memory, strip);
+    step->sums.count = take_short(memory, strip);
+    step->sums.gradient = take_short(memory, strip);
+    step->sums.difference = take_short(memory, strip);
+    step->smooth = take_ring(memory, strip, WAITING_ROWS);
+    step->fitted = take_ring(memory, strip, SUBPIXEL_WINDOW);
+    step->used = take_ring(memory, strip, TERM_ROWS);
+    step->gradient = take_ring(memory, strip, TERM_ROWS);
+    step->difference = take_ring(memory, strip, TERM_ROWS);
+}
+
+// Gives the strip its rows: what is used most first, as there may be little fast memory.
+static void take_strip(struct match_memory *memory, struct subpixel_strip *strip) {
+    strip->columns = (int)row_elements(strip->end - strip->begin) - VECTOR_ELEMENTS;
+    strip->pairs = take_short(memory, strip);
+    strip->rough = take_short(memory, strip);
+    strip->last = take_short(memory, strip);
+    strip->sigma = take_short(memory, strip);
+    strip->column = take_short(memory, strip);
+    strip->between = take_short(memory, strip);
+    strip->left = take_short(memory, strip);
+    strip->four = take_long(memory, strip);
+    strip->count = take_long(memory, strip);
+    strip->gradient2 = take_long(memory, strip);
+    strip->product = take_long(memory, strip);
+    strip->difference2 = take_long(memory, strip);
+    strip->together = take_long(memory, strip);
+    for (int i = 0; i < SUBPIXEL_STEPS; i++) {
+        take_step(memory, strip, &strip->step[i]);
+    }
+    strip->bound = take_ring(memory, strip, WAITING_ROWS);
+    strip->disparity = take_ring(memory, strip, ARRIVING_ROWS);
+    strip->whole = take_ring(memory, strip, ARRIVING_ROWS);
+    strip->bad = take_ring(memory, strip, ARRIVING_ROWS);
+    if (strip->bad.data != NULL) {
+        // Above the image.
+        memset(strip->bad.data, UINT8_MAX,
+               (size_t)strip->bad.stride * ARRIVING_ROWS * sizeof *strip->bad.data);
+    }
 }
 
 size_t subpixel_need_bytes(int width, int threads) {
     const int strips = strips_of(width, threads);
-    return arena_need_bytes((size_t)strips, sizeof(struct subpixel_strip)) +
-           (size_t)strips * arena_need_bytes(strip_bytes((width + strips - 1) / strips), 1);
-}
-
-static uint32_t *take_long(unsigned char **memory, size_t row) {
-    uint32_t *taken = (void *)*memory;
-    *memory += row * sizeof *taken;
-    return taken;
-}
-
-static uint16_t *take_short(unsigned char **memory, size_t row, int rows) {
-    uint16_t *taken = (void *)*memory;
-    *memory += row * (size_t)rows * sizeof *taken;
-    return taken;
-}
-
-static struct subpixel_ring take_ring(unsigned char **memory, size_t row, int rows) {
-    return (struct subpixel_ring){take_short(memory, row, rows), rows, (ptrdiff_t)row};
-}
-
-static void divide_step(struct subpixel_step *step, unsigned char **memory, size_t row) {
-    step->sums.gradient2 = (int32_t *)take_long(memory, row);
-    step->sums.product = (int32_t *)take_long(memory, row);
-    step->sums.difference2 = (int32_t *)take_long(memory, row);
-    step->sums.neighbours = (int32_t *)take_long(memory, row);
-    step->sums.count = take_short(memory, row, 1);
-    step->sums.gradient = (int16_t *)take_short(memory, row, 1);
-    step->sums.difference = (int16_t *)take_short(memory, row, 1);
-    step->smooth = take_ring(memory, row, WAITING_ROWS);
-    step->fitted = take_ring(memory, row, SUBPIXEL_WINDOW);
-    step->used = take_ring(memory, row, TERM_ROWS);
-    step->gradient = take_ring(memory, row, TERM_ROWS);
-    step->difference = take_ring(memory, row, TERM_ROWS);
-}
-
-// Gives the strip its rows, with VECTOR_ELEMENTS zeros before each and after the last.
-static void divide_memory(struct subpixel_strip *strip, unsigned char *memory) {
-    const size_t row = row_elements(strip->end - strip->begin);
-    const size_t bytes = strip_bytes(strip->end - strip->begin);
-    memset(memory, 0, bytes);
-    unsigned char *const end = memory + bytes;
-    memory += VECTOR_ELEMENTS * sizeof(uint32_t);
-    strip->columns = (int)row - VECTOR_ELEMENTS;
-    strip->four = take_long(&memory, row);
-    strip->count = (int32_t *)take_long(&memory, row);
-    strip->gradient2 = (int32_t *)take_long(&memory, row);
-    strip->product = (int32_t *)take_long(&memory, row);
-    strip->difference2 = (int32_t *)take_long(&memory, row);
-    strip->together = (int32_t *)take_long(&memory, row);
-    for (int i = 0; i < SUBPIXEL_STEPS; i++) {
-        divide_step(&strip->step[i], &memory, row);
-    }
-    strip->disparity = take_ring(&memory, row, ARRIVING_ROWS);
-    strip->bad = take_ring(&memory, row, ARRIVING_ROWS);
-    strip->whole = take_ring(&memory, row, ARRIVING_ROWS);
-    strip->bound = take_ring(&memory, row, WAITING_ROWS);
-    strip->pairs = take_short(&memory, row, 1);
-    strip->rough = take_short(&memory, row, 1);
-    strip->last = take_short(&memory, row, 1);
-    strip->sigma = take_short(&memory, row, 1);
-    strip->column = take_short(&memory, row, 1);
-    strip->between = (int16_t *)take_short(&memory, row, 1);
-    strip->left = (uint8_t *)take_short(&memory, row, 1) + VECTOR_ELEMENTS;
-    INVARIANT(memory == end);
-    // Above the image.
-    memset(strip->bad.data, UINT8_MAX, row * ARRIVING_ROWS * sizeof *strip->bad.data);
+    struct subpixel_strip widest = {.end = (width + strips - 1) / strips};
+    struct match_memory memory = {.arena = NULL};
+    take_strip(&memory, &widest);
+    return arena_need_bytes((size_t)strips, sizeof widest) + (size_t)strips * memory.need_bytes;
 }
 
 int subpixel_begin(struct subpixel *fit, const struct match_input *input,
@@ -139,7 +141,8 @@ int subpixel_begin(struct subpixel *fit, const struct match_input *input,
                              .strip_count = strips_of(width, parallel->threads),
                              .height = input->left.height,
                              .plain = plain};
-    fit->strips = arena_take(arena, (size_t)fit->strip_count, sizeof *fit->strips);
+    struct match_memory memory = {.arena = arena};
+    fit->strips = match_take(&memory, (size_t)fit->strip_count, sizeof *fit->strips);
     for (int i = 0; fit->strips != NULL && i < fit->strip_count; i++) {
         struct subpixel_strip *strip = &fit->strips[i];
         *strip = (struct subpixel_strip){
@@ -151,14 +154,9 @@ int subpixel_begin(struct subpixel *fit, const struct match_input *input,
             .end = (int)((int64_t)width * (i + 1) / fit->strip_count),
         };
         strip->x_first = strip->begin - SUBPIXEL_ASIDE;
-        unsigned char *memory = arena_take(arena, strip_bytes(strip->end - strip->begin), 1);
-        if (memory == NULL) {
-            fit->strips = NULL;
-            break;
-        }
-        divide_memory(strip, memory);
+        take_strip(&memory, strip);
     }
-    if (fit->strips == NULL) {
+    if (memory.failed) {
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }

@@ -2,6 +2,7 @@
 // Ends the program in the way that a key asks for, with the firmware's start-up, watchdog and
 // reports: fault_test.py reads them.
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "bf537/clock.h"
@@ -10,6 +11,7 @@
 #include "bf537/serial.h"
 #include "bf537/watchdog.h"
 #include "core/invariant.h"
+#include "core/parallel.h"
 
 void bf537_interrupt(void);
 _Noreturn void bf537_main(void);
@@ -47,6 +49,15 @@ __attribute__((noinline)) uint32_t provoke_deep_stack(uint32_t depth) {
     return words[depth % 32] + (over ? 0 : provoke_deep_stack(depth + 1));
 }
 
+// A part of the work, on a stack of its own, with a part that is on it already.
+__attribute__((noinline)) static void provoke_in_part(void *within, int depth) {
+    if (depth > 0) {
+        parallel_call(provoke_in_part, within, depth - 1);
+    } else {
+        provoke_undefined_instruction();
+    }
+}
+
 static char take_key(void) {
     while ((UART_LSR(UART0) & UART_LSR_DR) == 0) {
     }
@@ -68,6 +79,8 @@ _Noreturn void bf537_main(void) {
         provoke_misaligned_access();
     } else if (key == 'i') {
         provoke_broken_invariant(1);
+    } else if (key == 'p') {
+        parallel_call(provoke_in_part, NULL, 1);
     } else if (key == 's') {
         (void)provoke_deep_stack(0);
         bf537_fault_check_stack();

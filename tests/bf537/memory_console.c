@@ -127,7 +127,9 @@ int main(int argc, char **argv) {
     struct rig_ports ports = sim_backend_ports(&sim);
     ports.log = &log;
     rig_init(&rig, &profile, &ports, &observer);
-    memory_pair_begin(pool, POOL_BYTES);
+    struct arena lent;
+    arena_init(&lent, pool, POOL_BYTES);
+    memory_pair_begin(&lent);
     memory_calibration_begin(&store);
     (void)signal(SIGINT, stop);
     const struct command_table table =

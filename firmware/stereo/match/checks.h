@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Checks of arguments, and the steps that read whole images: noise (noise.c), rules that look
-/// around a pixel (validation.c), islands (speckle.c). Private to this folder and its tests.
+/// around a pixel (validation.c), islands (speckle.c). Private to this folder, stereo/subpixel.c
+/// and the tests.
 #ifndef VERGENCE_STEREO_MATCH_CHECKS_H
 #define VERGENCE_STEREO_MATCH_CHECKS_H
 

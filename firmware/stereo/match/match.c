@@ -48,7 +48,8 @@ static int larger(int a, int b) {
 
 void *match_take(struct match_memory *memory, size_t count, size_t element_bytes) {
     memory->need_bytes += arena_need_bytes(count, element_bytes);
-    void *taken = memory->arena == NULL ? NULL : arena_take(memory->arena, count, element_bytes);
+    void *taken =
+        memory->arena == NULL ? NULL : arena_take_fast(memory->arena, count, element_bytes);
     memory->failed = memory->failed || taken == NULL;
     return taken;
 }

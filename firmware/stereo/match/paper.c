@@ -626,14 +626,24 @@ __attribute__((noinline)) static void finish_row(const struct paper *paper, int 
     finish_border(paper, &row, end, paper->width);
 }
 
-static void match_row(struct paper *paper, int y) {
-    paper->left = span_of(paper->input->left_span, y, paper->width);
-    paper->right = span_of(paper->input->right_span, y, paper->width);
+static void match_row(void *shared, int y) {
+    // Its own, on the stack of the row.
+    struct paper paper = *(const struct paper *)shared;
+    paper.left = span_of(paper.input->left_span, y, paper.width);
+    paper.right = span_of(paper.input->right_span, y, paper.width);
     for (int i = 0; i < WALKS; i++) {
-        walk(paper, i);
+        walk(&paper, i);
     }
-    join(paper);
-    finish_row(paper, y);
+    join(&paper);
+    finish_row(&paper, y);
+}
+
+// The signatures of the row whose neighbourhood ends with row `next`.
+static void push_row(void *shared, int next) {
+    const struct paper *paper = shared;
+    const struct match_input *input = paper->input;
+    push_samples(paper, &input->left, input->left_span, next, paper->left_signature);
+    push_samples(paper, &input->right, input->right_span, next, paper->right_signature);
 }
 
 int match_paper_run(const struct match_input *input, const struct match_options *options,
@@ -660,11 +670,9 @@ int match_paper_run(const struct match_input *input, const struct match_options 
     paper.right_signature = paper.left_signature + paper.width;
     bool cancelled = false;
     for (int y = -2 * SIGNATURE_REACH_ROWS; y < height && !cancelled; y++) {
-        const int next = y + SIGNATURE_REACH_ROWS;
-        push_samples(&paper, &input->left, input->left_span, next, paper.left_signature);
-        push_samples(&paper, &input->right, input->right_span, next, paper.right_signature);
+        parallel_call(push_row, &paper, y + SIGNATURE_REACH_ROWS);
         if (y >= 0) {
-            match_row(&paper, y);
+            parallel_call(match_row, &paper, y);
             const bool due = progress != NULL && ((y + 1) % PROGRESS_ROWS == 0 || y + 1 == height);
             cancelled = due && !progress(progress_self, y + 1, height);
         }

@@ -37,11 +37,27 @@ static void take_pictures(struct match_level *level, struct match_memory *memory
     }
 }
 
+// What is used most comes first, as there may be little fast memory.
 static void take_level(struct match_level *level, struct match_memory *memory) {
     const int threads = level->state->threads;
     const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
+    const bool finest = match_is_finest(level);
+    level->ring_rows = MATCH_RING_ROWS(threads);
+    for (int i = 0; i < level->ring_rows; i++) {
+        const bool scaled = level->shift_x + level->shift_y > 0;
+        level->guide[i] = finest && scaled ? match_take(memory, columns, 1) : NULL;
+        level->step_along[i] = match_take(memory, columns, 1);
+        level->step_down[i] = match_take(memory, columns, 1);
+        level->weight_down[i] = match_take(memory, columns, sizeof *level->weight_down[i]);
+    }
+    level->down_mass = match_take(memory, columns, sizeof *level->down_mass);
     for (int i = 0; i < level->batch + 2; i++) {
         level->tile[i] = match_take(memory, (size_t)level->tiles, sizeof *level->tile[i]);
+    }
+    // If windows never change, the averages stay in place.
+    level->down_rows = has_one_window(level) ? 1 : threads + 1;
+    for (int i = 0; i < level->down_rows; i++) {
+        level->down[i] = match_take(memory, level->row_bytes, 1);
     }
     for (int i = 0; i < threads; i++) {
         memcpy(level->cells[i], level->state->shared_cells[i],
@@ -50,25 +66,10 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
             level->cells[i][j] = match_take(memory, level->row_bytes, 1);
         }
     }
-    take_pictures(level, memory);
-    level->ring_rows = MATCH_RING_ROWS(threads);
     for (int i = 0; i < MATCH_BAND_ROWS; i++) {
         level->kept[i] = match_take(memory, level->row_bytes, 1);
     }
-    // If windows never change, the averages stay in place.
-    level->down_rows = has_one_window(level) ? 1 : threads + 1;
-    for (int i = 0; i < level->down_rows; i++) {
-        level->down[i] = match_take(memory, level->row_bytes, 1);
-    }
-    level->down_mass = match_take(memory, columns, sizeof *level->down_mass);
-    const bool finest = match_is_finest(level);
-    for (int i = 0; i < level->ring_rows; i++) {
-        const bool scaled = level->shift_x + level->shift_y > 0;
-        level->guide[i] = finest && scaled ? match_take(memory, columns, 1) : NULL;
-        level->step_along[i] = match_take(memory, columns, 1);
-        level->step_down[i] = match_take(memory, columns, 1);
-        level->weight_down[i] = match_take(memory, columns, sizeof *level->weight_down[i]);
-    }
+    take_pictures(level, memory);
     level->surface_rows = MATCH_SURFACE_ROWS(level->batch);
     for (int i = 0; i < level->surface_rows && !finest; i++) {
         level->surface[i] = match_take(memory, columns, sizeof *level->surface[i]);
@@ -173,15 +174,15 @@ static void take_shared(struct match_state *state, struct match_memory *memory) 
 }
 
 void match_take_memory(struct match_state *state, struct match_memory *memory) {
-    take_shared(state, memory);
-    for (int i = 0; i < state->levels; i++) {
-        take_level(&state->level[i], memory);
-    }
     state->scratch = match_take(memory, (size_t)state->threads, sizeof *state->scratch);
     for (int i = 0; i < state->threads; i++) {
         struct match_scratch counted;
         struct match_scratch *scratch = state->scratch == NULL ? &counted : &state->scratch[i];
         take_scratch(state, memory, scratch);
+    }
+    take_shared(state, memory);
+    for (int i = 0; i < state->levels; i++) {
+        take_level(&state->level[i], memory);
     }
 }
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cycles of the stereo pipeline on the simulated BF537: tools/bench bf537 builds, runs and reads
 // it. Each line is the name of a stage, its cycles in thousands, what they are divided by, the
-// stack, a checksum, and what went to and from SDRAM (enum sdram_event); the last ones have the
+// stacks, a checksum, and what went to and from SDRAM (enum sdram_event); the last ones have the
 // frames' size, in that of the surface, and the bytes of its working memory and of the two frames.
 #include <inttypes.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "bf537/l1.h"
 #include "core/arena.h"
 #include "core/crc.h"
 #include "core/error.h"
@@ -65,22 +66,29 @@ static void *must_take(size_t count, size_t element_bytes) {
     return taken;
 }
 
-// The stack below a stage: painted before it, and what of it was used after it.
+// The stack below a stage, and that of its parts: painted before it, and what of them was used
+// after it.
 static uint8_t *stack_end;
+extern uint8_t part_stack_begin[] __asm__("_bf537_l1_stack_begin");
+extern uint8_t part_stack_end[] __asm__("_bf537_l1_stack_end");
 
-__attribute__((noinline)) static void paint_stack(void) {
-    stack_end = (uint8_t *)__builtin_frame_address(0) - PAINT_BELOW;
-    for (uint8_t *at = stack_end - STACK_BYTES; at < stack_end; at++) {
+static void paint(uint8_t *begin, const uint8_t *end) {
+    for (uint8_t *at = begin; at < end; at++) {
         *(volatile uint8_t *)at = PAINT;
     }
 }
 
-static int used_stack(void) {
-    const uint8_t *at = stack_end - STACK_BYTES;
-    while (at < stack_end && *(const volatile uint8_t *)at == PAINT) {
-        at++;
+static int used_of(const uint8_t *begin, const uint8_t *end) {
+    while (begin < end && *(const volatile uint8_t *)begin == PAINT) {
+        begin++;
     }
-    return (int)(stack_end - at) + PAINT_BELOW;
+    return (int)(end - begin);
+}
+
+__attribute__((noinline)) static void paint_stack(void) {
+    stack_end = (uint8_t *)__builtin_frame_address(0) - PAINT_BELOW;
+    paint(stack_end - STACK_BYTES, stack_end);
+    paint(part_stack_begin, part_stack_end);
 }
 
 struct cost {
@@ -102,8 +110,10 @@ static struct cost cost_since(const struct cost *begin) {
 }
 
 static void print_stage(const char *stage, const struct cost *cost, uint32_t units, uint32_t crc) {
-    printf("%s %" PRIu32 " %" PRIu32 " %d %08" PRIx32, stage,
-           (uint32_t)((cost->cycles + 500) / 1000), units, used_stack(), crc);
+    printf("%s %" PRIu32 " %" PRIu32 " %d %d %08" PRIx32, stage,
+           (uint32_t)((cost->cycles + 500) / 1000), units,
+           used_of(stack_end - STACK_BYTES, stack_end) + PAINT_BELOW,
+           used_of(part_stack_begin, part_stack_end), crc);
     for (int i = 0; i < SDRAM_EVENTS; i++) {
         printf(" %" PRIu32, cost->sdram.events[i]);
     }
@@ -337,6 +347,7 @@ int main(int argc, char **argv) {
     void *memory = malloc(WORKING_BYTES);
     INVARIANT(memory != NULL);
     arena_init(&working, memory, WORKING_BYTES);
+    bf537_l1_lend(&working);
     start_cycles();
     run_matching(sizes[0], sizes[1], sizes[2]);
     run_pictures(sizes[3], sizes[4], sizes[5], sizes[6]);

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The memory within the processor, which needs no bus (l1.S).
+#ifndef VERGENCE_BF537_L1_H
+#define VERGENCE_BF537_L1_H
+
+#include <stdint.h>
+
+#include "core/arena.h"
+
+extern uint8_t bf537_l1_a_begin[] __asm__("_bf537_l1_a_begin");
+extern uint8_t bf537_l1_a_end[] __asm__("_bf537_l1_a_end");
+extern uint8_t bf537_l1_b_begin[] __asm__("_bf537_l1_b_begin");
+extern uint8_t bf537_l1_b_end[] __asm__("_bf537_l1_b_end");
+extern uint8_t bf537_scratchpad_begin[] __asm__("_bf537_scratchpad_begin");
+extern uint8_t bf537_scratchpad_end[] __asm__("_bf537_scratchpad_end");
+
+/// Lends both banks of data, without the stack of `parallel_call`, and the scratchpad.
+static inline void bf537_l1_lend(struct arena *arena) {
+    arena_lend_fast(arena, bf537_scratchpad_begin,
+                    (size_t)(bf537_scratchpad_end - bf537_scratchpad_begin));
+    arena_lend_fast(arena, bf537_l1_b_begin, (size_t)(bf537_l1_b_end - bf537_l1_b_begin));
+    arena_lend_fast(arena, bf537_l1_a_begin, (size_t)(bf537_l1_a_end - bf537_l1_a_begin));
+}
+
+#endif
