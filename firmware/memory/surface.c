@@ -47,9 +47,10 @@ struct record {
 static const struct compact_field fields[] = {COMPACT_FIELDS(FIELD)};
 #undef FIELD
 
-/// One call. The result stays for the file.
+/// One call. The result stays for the file, of which only a part is in memory: it is made again
+/// where it is read.
 static struct {
-    const struct command_call *call;
+    struct command_call call;  // after the command only its rig is there
     const struct memory_surface_request *request;
     const struct pair *pair;
     struct arena *arena;
@@ -58,16 +59,16 @@ static struct {
     struct record record;
     struct compact_writer writer;
     char name[MEMORY_FILE_NAME_BYTES];  // of the file's directory
-    uint8_t *file;
-    size_t bytes, capacity;
+    uint8_t *band, *part;               // the file's head or a band of its rows
+    size_t begin, bytes;                // of the part within the file
 } self;
 
 static int refuse(int error, const char *why) {
-    return command_refuse(self.call, error, "%s: %s", self.request->command, why);
+    return command_refuse(&self.call, error, "%s: %s", self.request->command, why);
 }
 
 static bool should_stop(void) {
-    return memory_host_should_stop(self.call);
+    return memory_host_should_stop(&self.call);
 }
 
 // ---- before the work
@@ -79,7 +80,7 @@ static void serve(void *cookie) {
 
 static int make_calibration(void) {
     const struct surface_calibration_request request = {
-        .rig = self.call->rig,
+        .rig = self.call.rig,
         .pair = self.pair,
         .with_pair = self.request->with_pair,
         .accept_mismatch = self.request->accept_mismatch,
@@ -98,16 +99,23 @@ static size_t packed_bytes(int width) {
     return compact_band_pixels(width) + COMPACT_STORED_MORE_BYTES;
 }
 
-/// What the work takes, or its result with the file, whichever is more.
+/// The most that is in memory of the file: a band of its rows, or its head.
+static size_t part_bytes(const struct rectify_plan *plan) {
+    const int band_rows = (int)(compact_band_pixels(plan->width_px) / (size_t)plan->width_px);
+    const int rows = band_rows < plan->height_px ? band_rows : plan->height_px;
+    const size_t bytes = compact_stored_rows_bytes(plan->width_px, rows);
+    return bytes > HEAD_BYTES ? bytes : HEAD_BYTES;
+}
+
+/// What the work takes, or its result with a part of the file, whichever is more.
 static size_t need_bytes(const struct rectify_plan *plan) {
     const struct pair_frame *frame = self.pair->frame;
     const struct reconstruct_need need = reconstruct_needs(
         &frame[RIG_LEFT].image, &frame[RIG_RIGHT].image, &self.calibration.calibration, plan,
         &self.record.options, parallel_serial.threads);
     const int width = plan->width_px;
-    const size_t file =
-        arena_need_bytes(compact_band_bytes(width) + packed_bytes(width), 1) +
-        arena_need_bytes(HEAD_BYTES + compact_stored_rows_bytes(width, plan->height_px), 1);
+    const size_t file = arena_need_bytes(compact_band_bytes(width) + packed_bytes(width), 1) +
+                        arena_need_bytes(part_bytes(plan), 1);
     return need.bytes > need.result_bytes + file ? need.bytes : need.result_bytes + file;
 }
 
@@ -132,7 +140,7 @@ static int refuse_size(size_t need, size_t there) {
     if (should_stop()) {
         return ERROR_CANCELLED;
     }
-    struct command_text sentence = command_text_begin(self.call->message, self.call->message_bytes);
+    struct command_text sentence = command_text_begin(self.call.message, self.call.message_bytes);
     command_text_join(&sentence, self.request->command, ": ");
     command_text_add_number(&sentence, (double)need / bytes_per_mb, 1);
     command_text_add(&sentence, " MB are required, ");
@@ -162,11 +170,11 @@ static int make_plan(struct rectify_plan *plan) {
 
 static uint64_t now_us(void *cookie) {
     (void)cookie;
-    return rig_now_us(self.call->rig);
+    return rig_now_us(self.call.rig);
 }
 
 static bool show_progress(void *cookie, enum reconstruct_stage stage, int done, int total) {
-    const struct rig_observer *observer = &self.call->rig->observer;
+    const struct rig_observer *observer = &self.call.rig->observer;
     (void)cookie;
     observer->progress(observer->self, reconstruct_stage_text(stage), (uint32_t)done,
                        (uint32_t)total);
@@ -198,22 +206,15 @@ static int compute(const struct rectify_plan *plan) {
 
 static void append(void *cookie, const void *bytes, size_t length) {
     (void)cookie;
-    INVARIANT(length <= self.capacity - self.bytes);  // need_bytes
-    memcpy(self.file + self.bytes, bytes, length);
+    INVARIANT(length <= part_bytes(&self.record.result.plan) - self.bytes);  // need_bytes
+    memcpy(self.part + self.bytes, bytes, length);
     self.bytes += length;
-}
-
-static bool end_band(void *cookie, int rows) {
-    (void)cookie;
-    show_progress(NULL, RECONSTRUCT_MESH, rows, self.record.result.plan.height_px);
-    return !should_stop();
 }
 
 /// The spread of the depths, and the error that they share; negative: not known.
 static double common_mm(void) {
     const struct reconstruct_result *result = &self.record.result;
-    const struct pair_instrument instrument =
-        calibration_match_instrument(&self.call->rig->profile);
+    const struct pair_instrument instrument = calibration_match_instrument(&self.call.rig->profile);
     const uint32_t points = surface_figures_measured_count(result);
     return points > 0 && surface_figures_find_spread(result, NULL, points, self.arena, &self.spread)
                ? calibration_match_sigma_mm(&self.calibration.calibration, &instrument,
@@ -249,32 +250,65 @@ static void describe(uint64_t total_us) {
     self.record.context.arena_bytes = self.arena->size_bytes;
 }
 
-static void read_file(const void *source, size_t offset, void *to, size_t bytes) {
-    memcpy(to, (const uint8_t *)source + offset, bytes);
-}
-
-/// Writes the file into the rest of the arena.
-static int write_file(void) {
-    static const struct compact_output output = {compact_stored, append, end_band, NULL};
-    const int width = self.record.result.plan.width_px;
-    uint8_t *band = arena_take(self.arena, compact_band_bytes(width) + packed_bytes(width), 1);
-    INVARIANT(band != NULL);  // need_bytes
-    const size_t mark = arena_mark(self.arena), rest = self.arena->size_bytes - mark;
-    self.bytes = 0;
-    self.capacity = rest > ARENA_ALIGNMENT ? rest - ARENA_ALIGNMENT : 0;
-    self.file = arena_take(self.arena, self.capacity, 1);
+/// The file's head becomes the part in memory.
+static int begin_file(void) {
+    static const struct compact_output output = {compact_stored, append, NULL};
+    const struct reconstruct_result *result = &self.record.result;
+    self.begin = self.bytes = 0;
     compact_writer_begin(&self.writer, &output);
     compact_writer_fields(&self.writer, fields, sizeof fields / sizeof fields[0], &self.record);
     const int error = compact_writer_calibration(&self.writer, &self.calibration.calibration);
+    compact_writer_rows(&self.writer, result, self.band,
+                        self.band + compact_band_bytes(result->plan.width_px));
+    return error;
+}
+
+/// The next band becomes it. Returns the number of rows up to its end.
+static int advance_file(void) {
+    self.begin += self.bytes;
+    self.bytes = 0;
+    return compact_writer_band(&self.writer);
+}
+
+static void read_file(const void *source, size_t offset, void *to, size_t bytes) {
+    (void)source;
+    if (offset < self.begin) {
+        const int error = begin_file();
+        INVARIANT(error == ERROR_OK);  // as when it was made
+    }
+    for (uint8_t *out = to; bytes > 0;) {
+        const size_t at = offset - self.begin;
+        if (at >= self.bytes) {
+            (void)advance_file();
+            continue;
+        }
+        const size_t here = bytes < self.bytes - at ? bytes : self.bytes - at;
+        memcpy(out, self.part + at, here);
+        out += here;
+        offset += here;
+        bytes -= here;
+    }
+}
+
+/// Makes the file once, to know its length.
+static int make_file(void) {
+    const int width = self.record.result.plan.width_px, height = self.record.result.plan.height_px;
+    self.band = arena_take(self.arena, compact_band_bytes(width) + packed_bytes(width), 1);
+    self.part = arena_take(self.arena, part_bytes(&self.record.result.plan), 1);
+    INVARIANT(self.band != NULL && self.part != NULL);  // need_bytes
+    const int error = begin_file();
     if (error != ERROR_OK) {
         return refuse(error, error_text(error));
     }
-    compact_writer_rows(&self.writer, &self.record.result, band, band + compact_band_bytes(width));
-    arena_release(self.arena, mark);
-    INVARIANT(arena_take(self.arena, self.bytes, 1) == self.file);
-    memory_files_put(MEMORY_FILE_SURFACE, self.name, "surface.compact", read_file, self.file,
-                     self.bytes);
-    return should_stop() ? ERROR_CANCELLED : ERROR_OK;
+    for (int rows = 0; rows < height;) {
+        rows = advance_file();
+        if (!show_progress(NULL, RECONSTRUCT_MESH, rows, height)) {
+            return ERROR_CANCELLED;
+        }
+    }
+    memory_files_put(MEMORY_FILE_SURFACE, self.name, "surface.compact", read_file, NULL,
+                     self.begin + self.bytes);
+    return ERROR_OK;
 }
 
 struct reconstruct_options memory_surface_options(void) {
@@ -289,7 +323,7 @@ int memory_surface_make(const struct command_call *call,
     const uint64_t begin_us = rig_now_us(call->rig);
     struct rectify_plan plan;
     memset(&self.record, 0, sizeof self.record);
-    self.call = call;
+    self.call = *call;
     self.request = request;
     self.pair = pair;
     self.arena = memory_pair_arena();
@@ -304,7 +338,7 @@ int memory_surface_make(const struct command_call *call,
     if (error == ERROR_OK && request->directory != NULL) {
         struct command_text name = command_text_begin(self.name, sizeof self.name);
         command_text_add(&name, request->directory);
-        error = write_file();
+        error = make_file();
     }
     const struct pair_adjust_report *report = &self.calibration.report;
     *surface = (struct measure_surface){

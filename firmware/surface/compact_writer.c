@@ -185,28 +185,34 @@ static void gather_row(struct compact_band *band, const struct reconstruct_resul
 
 void compact_writer_rows(struct compact_writer *self, const struct reconstruct_result *result,
                          void *memory, uint8_t *packed) {
-    struct compact_band band;
-    uint8_t crc[COMPACT_CRC_BYTES];
-    const int height = result->plan.height_px;
-    compact_band_lay(result->plan.width_px, memory, &band);
-    bool goes_on = true;
-    for (int y = 0; y < height && goes_on;) {
-        const int end = height - y < band.rows_max ? height : y + band.rows_max;
-        uint8_t *reason = band.reason;
-        memset(band.used, 0, sizeof band.used);
-        for (; y < end; y++, reason += band.width) {
-            gather_row(&band, result, y, reason);
-        }
-        put_chunk(self, band.reason, (size_t)(reason - band.reason), packed);
-        for (int i = 0; i < COMPACT_CHANNELS; i++) {
-            for (int byte = 0; byte < compact_forms[i].bytes; byte++) {
-                put_chunk(self, band.chunk[i][byte], band.used[i], packed);
-            }
-        }
-        goes_on = self->output.rows_done(self->output.self, y);
+    compact_band_lay(result->plan.width_px, memory, &self->band);
+    self->result = result;
+    self->packed = packed;
+    self->rows = 0;
+}
+
+int compact_writer_band(struct compact_writer *self) {
+    struct compact_band *band = &self->band;
+    const int height = self->result->plan.height_px;
+    const int end = height - self->rows < band->rows_max ? height : self->rows + band->rows_max;
+    uint8_t *reason = band->reason;
+    INVARIANT(self->rows < height);
+    memset(band->used, 0, sizeof band->used);
+    for (; self->rows < end; self->rows++, reason += band->width) {
+        gather_row(band, self->result, self->rows, reason);
     }
-    store_u32(crc, self->crc);
-    self->output.put(self->output.self, crc, sizeof crc);
+    put_chunk(self, band->reason, (size_t)(reason - band->reason), self->packed);
+    for (int i = 0; i < COMPACT_CHANNELS; i++) {
+        for (int byte = 0; byte < compact_forms[i].bytes; byte++) {
+            put_chunk(self, band->chunk[i][byte], band->used[i], self->packed);
+        }
+    }
+    if (end == height) {
+        uint8_t crc[COMPACT_CRC_BYTES];
+        store_u32(crc, self->crc);
+        self->output.put(self->output.self, crc, sizeof crc);
+    }
+    return end;
 }
 
 // ---- without zlib

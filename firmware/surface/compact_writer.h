@@ -4,7 +4,6 @@
 #ifndef VERGENCE_SURFACE_COMPACT_WRITER_H
 #define VERGENCE_SURFACE_COMPACT_WRITER_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -19,14 +18,16 @@ struct compact_output {
     /// Packs a chunk as a stream of zlib (RFC 1950) into `packed`; returns its length.
     size_t (*pack)(void *self, uint8_t *bytes, size_t length, uint8_t *packed);
     void (*put)(void *self, const void *bytes, size_t length);
-    /// After each band: the rows above `rows` of the result's maps are not read again. False: stop.
-    bool (*rows_done)(void *self, int rows);
     void *self;
 };
 
 struct compact_writer {
     struct compact_output output;
     uint32_t crc;
+    const struct reconstruct_result *result;
+    struct compact_band band;
+    uint8_t *packed;
+    int rows;  // written
 };
 
 /// Begins with the first line. `output` is copied.
@@ -37,10 +38,13 @@ void compact_writer_fields(struct compact_writer *self, const struct compact_fie
                            size_t count, const void *record);
 void compact_writer_text(struct compact_writer *self, const char *name, const char *text);
 int compact_writer_calibration(struct compact_writer *self, const struct calibration *calibration);
-/// The rows, and the end. `memory`: compact_band_bytes of the width, aligned for int32_t; `packed`:
-/// room for a packed chunk of compact_band_pixels bytes.
+/// Begins the rows. `memory`: compact_band_bytes of the width, aligned for int32_t; `packed`: room
+/// for a packed chunk of compact_band_pixels bytes.
 void compact_writer_rows(struct compact_writer *self, const struct reconstruct_result *result,
                          void *memory, uint8_t *packed);
+/// Writes the next band, and after the last one the end. Returns the number of rows written so far;
+/// maps above them are not read again.
+int compact_writer_band(struct compact_writer *self);
 
 /// A `pack` for processors without zlib: the bytes as they are.
 enum { COMPACT_STORED_MORE_BYTES = 11 };

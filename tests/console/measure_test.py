@@ -186,9 +186,10 @@ class Board(DaemonTest):
     own = ("session", "computing_seconds")  # of an instrument with a disk; of a processor
     block_bytes = 300
 
-    def begin_board(self):
+    def begin_board(self, *options):
         path = os.path.join(self.folder, "board.sock")
-        rig = subprocess.Popen([SIMRIG, "--scene", self.scene, "--listen", f"unix:{path}"], stdout=subprocess.PIPE)
+        rig = subprocess.Popen([SIMRIG, "--scene", self.scene, *options, "--listen", f"unix:{path}"],
+                               stdout=subprocess.PIPE)
         self.addCleanup(rig.stdout.close)
         self.addCleanup(self.end, rig)
         self.assertIn(b"listening on", rig.stdout.readline())
@@ -241,6 +242,28 @@ class Board(DaemonTest):
         answer = self.ask(board, f"files {ours['result']['result']}")
         self.assertEqual([file["file"] for file in answer["result"]["files"]], ["surface.compact"])
         self.assertIn("view", self.ask(board, "measure cup fit=300 at=1,2")["message"])
+
+    def test_a_surface_of_the_whole_sensor_is_read_in_any_order(self):
+        """Its file would not fit into the board's memory."""
+        board = self.begin_board("--rig", "perfect")
+        with open(os.path.join(os.environ["VERGENCE_SOURCE"], "tests/bf537/perfect.zoom"), "rb") as file:
+            self.send(board, "instrument.zoom", file.read())
+        for command in self.commands[:2] + ("pan 3.97 right=-3.97", "window 2048 1536", "exposure 6500", "capture"):
+            self.assertTrue(self.ask(board, command)["ok"], command)
+        found = self.ask(board, "reconstruct near=1500 far=2500")["result"]
+        self.assertGreater(found["points"], 1000000)
+        name = f"{found['result']}/surface.compact"
+        whole = self.ask(board, f"fetch {name}")["result"]
+
+        def block(at):
+            return base64.b64decode(self.ask(board, f"fetch {name} offset={at}")["result"]["data"])
+
+        first = block(0)
+        places = range(0, whole["size"], len(first))
+        blocks = [first] + [block(at) for at in places[1:]]
+        self.assertEqual(f"{zlib.crc32(b''.join(blocks)):08X}", whole["crc"])
+        for i in (len(places) - 1, 1, len(places) // 2, 0):
+            self.assertEqual(block(places[i]), blocks[i])
 
     def test_what_is_refused_or_stopped_leaves_the_rest(self):
         board = self.begin_board()

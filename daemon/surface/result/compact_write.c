@@ -36,21 +36,24 @@ static void put(void *cookie, const void *bytes, size_t length) {
     output_file_write(&self->file, bytes, length);
 }
 
-static bool end_band(void *cookie, int rows) {
-    const struct writer *self = cookie;
+static void put_rows(struct writer *self) {
     const struct reconstruct_context *context = self->context;
-    if (context->rows_written != NULL) {
-        context->rows_written(context->owner, rows);
+    int rows = 0;
+    compact_writer_rows(&self->compact, context->result, self->band, self->packed);
+    while (rows < context->result->plan.height_px && self->file.error_number == 0) {
+        rows = compact_writer_band(&self->compact);
+        if (context->rows_written != NULL) {
+            context->rows_written(context->owner, rows);
+        }
     }
-    return self->file.error_number == 0;
 }
 
 static int write_all_of(struct writer *self, struct message *message) {
-    const struct compact_output output = {pack, put, end_band, self};
+    const struct compact_output output = {pack, put, self};
     compact_writer_begin(&self->compact, &output);
     const int error = compact_head_print(self->context, &self->compact);
     if (error == ERROR_OK) {
-        compact_writer_rows(&self->compact, self->context->result, self->band, self->packed);
+        put_rows(self);
     }
     const int closed = output_file_close(&self->file, message);
     return error == ERROR_OK
