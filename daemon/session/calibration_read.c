@@ -9,9 +9,10 @@ int calibration_read_zoom(const char *name, const char *text, size_t length,
                           struct zoom_calibration **zoom, struct message *message) {
     *zoom = malloc(sizeof **zoom);
     double *matrix = malloc(CALIBRATION_AT_MATRIX_BYTES);
-    const int error = *zoom == NULL || matrix == NULL
-                          ? message_set(message, ERROR_MEMORY, "%s: out of memory", name)
-                          : calibration_at_parse_zoom(name, text, length, matrix, *zoom, message);
+    const int error =
+        *zoom == NULL || matrix == NULL
+            ? message_set(message, ERROR_MEMORY, "%s: out of memory", name)
+            : calibration_at_parse_zoom(name, text, length, NULL, matrix, *zoom, message);
     free(matrix);
     if (error != ERROR_OK) {
         free(*zoom);

@@ -2,8 +2,11 @@
 /// How core code runs parallel work without depending on threads. The parts of one call may run in
 /// any order on any thread; results never depend on that. A part may wait only for what another one
 /// that has begun is doing.
+/// Also who is to be called while core code works.
 #ifndef VERGENCE_CORE_PARALLEL_H
 #define VERGENCE_CORE_PARALLEL_H
+
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -24,6 +27,19 @@ void parallel_call(void (*part)(void *context, int index), void *context, int in
 
 /// One thread: the parts run in order on the caller's thread.
 extern const struct parallel parallel_serial;
+
+/// Who is called again and again by what takes seconds of a processor without floating point.
+struct watch {
+    void (*serve)(void *self);  // NULL: none
+    void *self;
+};
+
+/// `watch` may be NULL.
+static inline void watch_serve(const struct watch *watch) {
+    if (watch != NULL && watch->serve != NULL) {
+        watch->serve(watch->self);
+    }
+}
 
 #ifdef __cplusplus
 }

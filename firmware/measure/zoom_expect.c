@@ -91,7 +91,7 @@ static void add_tracks(struct scene *scene, const struct adjustment *adjustment,
     const int before = scene->count;
     for (int i = 0; i < TRIES * scene->matches && scene->count - before < scene->matches; i++) {
         if (i % DRAWS_SERVED == 0) {
-            adjustment_serve(adjustment);
+            watch_serve(&adjustment->watch);
         }
         struct adjust_track track = {.is_placed = true, .sigma_px = scene->sigma_px};
         if (!draw_point(scene, adjustment, state, &track.point) ||

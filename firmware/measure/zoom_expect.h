@@ -6,6 +6,7 @@
 #define VERGENCE_MEASURE_ZOOM_EXPECT_H
 
 #include "core/arena.h"
+#include "core/parallel.h"
 #include "measure/zoom_field.h"
 #include "stereo/zoom/adjustment.h"
 
@@ -29,7 +30,7 @@ struct zoom_expect_request {
     /// no board.
     int columns, rows;
     double square_mm;
-    struct adjustment_watch watch;
+    struct watch watch;
 };
 
 /// Standard deviations of the depth of the point, mm, with that of all lengths. Negative: not asked

@@ -67,15 +67,15 @@ static int set_one(const char *name, const char *text, size_t bytes, struct mess
     return error;
 }
 
-static int set_zoom(const char *name, const char *text, size_t bytes, struct arena *arena,
-                    struct message *message) {
+static int set_zoom(const char *name, const char *text, size_t bytes, const struct watch *watch,
+                    struct arena *arena, struct message *message) {
     struct zoom_calibration *zoom = arena_take(arena, 1, sizeof *zoom);
     double *matrix = arena_take(arena, 1, CALIBRATION_AT_MATRIX_BYTES);
     if (zoom == NULL || matrix == NULL) {
         return command_text_message(message, ERROR_MEMORY,
                                     "no memory to check it (take a smaller pair first)");
     }
-    const int error = calibration_at_parse_zoom(name, text, bytes, matrix, zoom, message);
+    const int error = calibration_at_parse_zoom(name, text, bytes, watch, matrix, zoom, message);
     if (error == ERROR_OK) {
         kept.zoom = *zoom;
         kept.kind = ALL_ZOOMS;
@@ -83,10 +83,11 @@ static int set_zoom(const char *name, const char *text, size_t bytes, struct are
     return error;
 }
 
-static int set_text(const char *name, const char *text, size_t bytes, struct arena *arena,
-                    struct message *message) {
-    return zoom_calibration_is_text(text, bytes) ? set_zoom(name, text, bytes, arena, message)
-                                                 : set_one(name, text, bytes, message);
+static int set_text(const char *name, const char *text, size_t bytes, const struct watch *watch,
+                    struct arena *arena, struct message *message) {
+    return zoom_calibration_is_text(text, bytes)
+               ? set_zoom(name, text, bytes, watch, arena, message)
+               : set_one(name, text, bytes, message);
 }
 
 void memory_calibration_begin(const struct hal_store *store) {
@@ -98,17 +99,24 @@ void memory_calibration_begin(const struct hal_store *store) {
     if (text != NULL && store->operations->load(store->self, record_name, text, ZOOM_TEXT_MAX_BYTES,
                                                 &bytes) == ERROR_OK) {
         // One that an earlier version wrote may be refused: then none is in force.
-        (void)set_text(record_name, text, bytes, arena, &message);
+        (void)set_text(record_name, text, bytes, NULL, arena, &message);
     }
 }
 
+static void serve(void *cookie) {
+    const struct rig_observer *observer = cookie;
+    (void)observer->should_stop(observer->self);
+}
+
 /// Beside a surface if there is room, so that a file that is refused does not cost it.
-static int set_sent(const char *name, const char *text, size_t bytes, struct message *message) {
+static int set_sent(struct rig *rig, const char *name, const char *text, size_t bytes,
+                    struct message *message) {
+    const struct watch watch = {serve, &rig->observer};
     struct arena *rest = memory_pair_arena_rest();
     const size_t mark = arena_mark(rest);
-    const int error = set_text(name, text, bytes, rest, message);
+    const int error = set_text(name, text, bytes, &watch, rest, message);
     arena_release(rest, mark);
-    return error == ERROR_MEMORY ? set_text(name, text, bytes, memory_pair_arena(), message)
+    return error == ERROR_MEMORY ? set_text(name, text, bytes, &watch, memory_pair_arena(), message)
                                  : error;
 }
 
@@ -119,7 +127,7 @@ static int set(const struct command_call *call) {
     const char *text = memory_files_sent(name, &bytes);
     const int error = text == NULL ? command_text_message(&message, ERROR_MISSING,
                                                           "%s: not here (\"send\" it first)", name)
-                                   : set_sent(name, text, bytes, &message);
+                                   : set_sent(call->rig, name, text, bytes, &message);
     if (error != ERROR_OK) {
         return command_refuse(call, error, "%s", message.text);
     }

@@ -193,7 +193,7 @@ static void run_parts(void *cookie, void (*part)(void *context, int index), void
 static int compute(const struct rectify_plan *plan) {
     static const struct parallel parts = {.run = run_parts, .threads = 1};
     const struct reconstruct_environment environment = {
-        .parallel = &parts, .now_us = now_us, .progress = show_progress};
+        .parallel = &parts, .now_us = now_us, .progress = show_progress, .watch = {serve, NULL}};
     const struct raw_image *left = &self.pair->frame[RIG_LEFT].image;
     const struct raw_image *right = &self.pair->frame[RIG_RIGHT].image;
     const int error =

@@ -7,6 +7,7 @@
 
 #include "console/pair/calibration_match.h"
 #include "console/pair/pair_adjust.h"
+#include "core/parallel.h"
 #include "rig/rig.h"
 
 struct surface_calibration_request {
@@ -16,7 +17,7 @@ struct surface_calibration_request {
     bool accept_mismatch;
     bool adjust;     ///< the pictures correct it, if it is of all zooms
     double near_mm;  ///< nearest depth of the scene; 0: not known
-    struct adjustment_watch watch;
+    struct watch watch;
 };
 
 struct surface_calibration {

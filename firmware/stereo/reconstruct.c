@@ -530,6 +530,7 @@ int reconstruct_run(const struct raw_image *left, const struct raw_image *right,
                       .result = result};
     run.parallel = run.environment->parallel == NULL ? &parallel_serial : run.environment->parallel;
     run.match_need = match_needs_of(plan, options, run.parallel->threads);
+    result->watch = run.environment->watch;
     const int error = all_stages(&run);
     end_pictures(&run);
     arena->peak_bytes = larger(arena->peak_bytes, run.peak_bytes);

@@ -46,6 +46,7 @@ struct reconstruct_environment {
     /// Called with the work done, out of the total of this stage; returns false to cancel.
     bool (*progress)(void *self, enum reconstruct_stage stage, int done, int total);
     void *self;
+    struct watch watch;  // of walks over the rows of a surface, also after the run
 };
 
 struct reconstruct_options {
@@ -80,6 +81,7 @@ struct reconstruct_result {
     struct triangulate_vertical vertical;
 
     int32_t max_gap_q8;  // largest disparity step within a triangle
+    struct watch watch;  // of the environment
     void *walk_memory;   // memory of surface_walk; NULL: the surface is kept, below
     uint32_t vertex_count;
     struct triangulate_point *points;  // positions in the left camera's frame

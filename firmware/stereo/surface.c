@@ -250,6 +250,7 @@ static void shift_strip(struct strip *strip) {
 
 // Numbers row y as the lower one.
 static void begin_row(const struct reconstruct_result *result, int y, struct strip *strip) {
+    watch_serve(&result->watch);
     strip->first[1] = y > 0 ? strip->first[0] + strip->count[0] : 0;
     number_row(result, y, strip->first[1], strip->vertex[1], &strip->count[1]);
     memset(strip->normal[1], 0, (size_t)result->plan.width_px * sizeof *strip->normal[1]);

@@ -30,11 +30,13 @@ int calibration_at_refused(const char *name, int error, const struct calibration
 }
 
 // Whether some combination of parameters would have a negative variance.
-static bool covariance_is_possible(const struct zoom_calibration *zoom, double *matrix) {
+static bool covariance_is_possible(const struct zoom_calibration *zoom, const struct watch *watch,
+                                   double *matrix) {
     static const double rounding = 1e-6;  // tolerance of correlations for rounding errors
     const int n = zoom->parameters;
     for (int i = 0; i < n; i++) {
         const double *row = &zoom->covariance[i * (i + 1) / 2];
+        watch_serve(watch);
         for (int j = 0; j <= i; j++) {
             const double scale = sqrt(row[i] * zoom->covariance[j * (j + 1) / 2 + j]);
             const double correlation = scale > 0 ? row[j] / scale : 0;
@@ -49,14 +51,15 @@ static bool covariance_is_possible(const struct zoom_calibration *zoom, double *
     return possible;
 }
 
-int calibration_at_parse_zoom(const char *name, const char *text, size_t length, double *matrix,
+int calibration_at_parse_zoom(const char *name, const char *text, size_t length,
+                              const struct watch *watch, double *matrix,
                               struct zoom_calibration *zoom, struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
-    const int error = zoom_calibration_parse(text, length, zoom, &fault);
+    const int error = zoom_calibration_parse(text, length, watch, zoom, &fault);
     if (error != ERROR_OK) {
         return calibration_at_refused(name, error, &fault, message);
     }
-    return covariance_is_possible(zoom, matrix)
+    return covariance_is_possible(zoom, watch, matrix)
                ? ERROR_OK
                : command_text_message(message, ERROR_RANGE,
                                       "%s: the covariance is impossible (not positive "

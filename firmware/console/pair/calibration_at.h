@@ -8,6 +8,7 @@
 
 #include "console/pair/calibration_match.h"
 #include "core/message.h"
+#include "core/parallel.h"
 #include "stereo/zoom/zoom_calibration.h"
 
 #ifdef __cplusplus
@@ -27,7 +28,8 @@ int calibration_at_refused(const char *name, int error, const struct calibration
 
 /// A zoom calibration from its text; `matrix` is of CALIBRATION_AT_MATRIX_BYTES. Errors of the
 /// text, with `name`, line and field in the message.
-int calibration_at_parse_zoom(const char *name, const char *text, size_t length, double *matrix,
+int calibration_at_parse_zoom(const char *name, const char *text, size_t length,
+                              const struct watch *watch, double *matrix,
                               struct zoom_calibration *zoom, struct message *message);
 
 /// The axes of a pair as a state. ERROR_MISMATCH if an axis is not known, such as a servo that was

@@ -122,7 +122,7 @@ static int fit_target(const struct adjust_target *target, int state, struct aren
 
 // Refines a pair by its own pictures, and by a thing of known size (NULL: none).
 static int adjust_alone(const struct zoom_calibration *zoom, const struct adjust_picture *picture,
-                        const struct adjust_target *target, const struct adjustment_watch *watch,
+                        const struct adjust_target *target, const struct watch *watch,
                         struct arena *arena, struct calibration *calibration,
                         struct pair_adjust_report *report, struct calibration_fault *fault) {
     struct adjustment adjustment;
@@ -146,10 +146,9 @@ static int adjust_alone(const struct zoom_calibration *zoom, const struct adjust
 // Refines `picture[0]` with the help of `picture[1]`, of the same scene at another zoom.
 static int adjust_by_wide_pair(const struct zoom_calibration *zoom,
                                const struct adjust_picture picture[2],
-                               const struct adjust_target *target,
-                               const struct adjustment_watch *watch, struct arena *arena,
-                               struct calibration *calibration, struct pair_adjust_report *report,
-                               struct calibration_fault *fault) {
+                               const struct adjust_target *target, const struct watch *watch,
+                               struct arena *arena, struct calibration *calibration,
+                               struct pair_adjust_report *report, struct calibration_fault *fault) {
     struct adjust_target placed;
     struct adjust_picture by_zoom[2];  // the wider first
     struct zoom_state states[2];
@@ -187,7 +186,7 @@ static int adjust_by_wide_pair(const struct zoom_calibration *zoom,
 // By one or two pairs, and by a thing of known size in the first (NULL: none).
 static int adjust_pictures(const struct zoom_calibration *zoom,
                            const struct adjust_picture *picture, int count,
-                           const struct adjust_target *target, const struct adjustment_watch *watch,
+                           const struct adjust_target *target, const struct watch *watch,
                            struct arena *arena, struct calibration *calibration,
                            struct pair_adjust_report *report, struct calibration_fault *fault) {
     const size_t mark = arena_mark(arena);

@@ -6,6 +6,7 @@
 
 #include "core/arena.h"
 #include "core/message.h"
+#include "core/parallel.h"
 #include "rig/pair.h"
 #include "stereo/zoom/wide_pair.h"
 
@@ -18,7 +19,7 @@ struct pair_adjust_scene {
     double near_mm;  ///< nearest depth; 0: not known. Corners count at all depths beyond it
     /// A thing of known size, as its left (view 0) and right camera (1) see it; NULL: none.
     const struct adjust_target *target;
-    struct adjustment_watch watch;
+    struct watch watch;
 };
 
 struct pair_adjust_report {

@@ -228,7 +228,7 @@ static int compute(const struct command_call *call, const struct command_host *h
     self->call = call;
     self->host = host;
     if (host->serve != NULL) {
-        self->request.watch = (struct adjustment_watch){serve, self};
+        self->request.watch = (struct watch){serve, self};
     }
     host->compute(call, zoom_expect_need_bytes(), expect, self);
     return self->error;

@@ -102,7 +102,7 @@ static bool clip_depths(const struct camera_view pair[2], const double direction
 
 void adjust_expect_serve(void *context) {
     const struct adjust_expectation *e = context;
-    adjustment_serve(e->adjustment);
+    watch_serve(&e->adjustment->watch);
 }
 
 bool adjust_expect(void *context, const double left_px[2], struct sparse_region *region) {

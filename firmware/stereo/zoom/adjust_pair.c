@@ -80,7 +80,7 @@ static void linearize(struct matches *m) {
         double residual, derivative[ADJUST_TERMS];
         struct adjust_track *track = &m->track[i];
         if (i % SERVED == 0) {
-            adjustment_serve(adjustment);
+            watch_serve(&adjustment->watch);
         }
         track->rejected = !adjustment_track_epipolar(adjustment, track, &residual, derivative);
         m->residual[i] = track->rejected ? 1e6F : (float)residual;
@@ -163,7 +163,7 @@ static int ransac_inliers(struct matches *m) {
     for (int round = 0; round < HYPOTHESES && m->count >= TRACKS_MIN; round++) {
         int sample[SAMPLE];
         double parts[ADJUST_TERMS_MAX], score = 0;
-        adjustment_serve(m->adjustment);
+        watch_serve(&m->adjustment->watch);
         for (int i = 0; i < SAMPLE; i++) {
             sample[i] = (int)(next_random(&random) % (uint32_t)m->count);
         }
@@ -261,7 +261,7 @@ static void keep(struct matches *m) {
 static int find_corners(const struct matches *m, const struct adjust_picture *picture,
                         struct arena *arena, struct sparse_picture corners[2]) {
     for (int side = 0; side < 2; side++) {
-        adjustment_serve(m->adjustment);
+        watch_serve(&m->adjustment->watch);
         const int error = sparse_picture_make(&picture->grey[side],
                                               side == 0 ? SPARSE_LEFT_MAX : SPARSE_RIGHT_MAX, arena,
                                               &corners[side]);

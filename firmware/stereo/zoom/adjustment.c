@@ -71,12 +71,6 @@ size_t adjustment_need_bytes(int states) {
            arena_need_bytes(3 * terms * terms, sizeof(double)) + adjust_prior_need_bytes(states);
 }
 
-void adjustment_serve(const struct adjustment *adjustment) {
-    if (adjustment->watch.serve != NULL) {
-        adjustment->watch.serve(adjustment->watch.self);
-    }
-}
-
 // A track's equations at the present views and point: residuals, and derivatives of the predicted
 // pixels. Columns are those of the views in the order of the observations.
 struct equations {
@@ -422,7 +416,7 @@ int adjustment_solve(struct adjustment *adjustment, struct adjust_track *tracks,
         for (int i = 0; i < count; i++) {
             struct equations e;
             if (i % TRACKS_SERVED == 0) {
-                adjustment_serve(adjustment);
+                watch_serve(&adjustment->watch);
             }
             if (tracks[i].rejected || !place_and_reduce(adjustment, &tracks[i], &e)) {
                 continue;

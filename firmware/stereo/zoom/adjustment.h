@@ -9,17 +9,12 @@
 #define VERGENCE_STEREO_ZOOM_ADJUSTMENT_H
 
 #include "core/arena.h"
+#include "core/parallel.h"
 #include "stereo/zoom/adjust_target.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// Who is called again and again by what takes seconds of a processor without floating point.
-struct adjustment_watch {
-    void (*serve)(void *self);  // NULL: none
-    void *self;
-};
 
 struct adjustment {
     int views, terms;
@@ -29,7 +24,7 @@ struct adjustment {
     double
         pull[ADJUST_TERMS_MAX];    // pull of the observations on each correction, against the prior
     struct adjust_target *target;  // placed target in view; NULL: none
-    struct adjustment_watch watch;
+    struct watch watch;
     double *prior;      // terms x terms: covariance = prior prior^T, lower triangle
     double *posterior;  // the same, of what remains
     double *work;       // three of that size; the first: normal equations of the last fit
@@ -53,9 +48,6 @@ struct adjust_track {
 int adjustment_begin(const struct zoom_calibration *calibration, const struct zoom_state *state,
                      int states, struct arena *arena, struct adjustment *adjustment);
 size_t adjustment_need_bytes(int states);
-
-/// Calls the one who watches.
-void adjustment_serve(const struct adjustment *adjustment);
 
 /// Places a point where its first two observations meet, then fits all of them. False if the point
 /// is behind a camera, or a lens does not see it.

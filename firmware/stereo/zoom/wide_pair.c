@@ -200,7 +200,7 @@ static int find_place(const struct sparse_pair *pairs, int count, double place[4
 
 static void serve(void *cookie) {
     const struct placing *p = cookie;
-    adjustment_serve(p->adjustment);
+    watch_serve(&p->adjustment->watch);
 }
 
 // Prepares one side; `*found` is false if its pictures cannot be compared.

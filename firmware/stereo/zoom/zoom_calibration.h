@@ -26,6 +26,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "core/parallel.h"
 #include "stereo/geometry/calibration.h"
 
 #ifdef __cplusplus
@@ -192,8 +193,9 @@ int zoom_calibration_at(const struct zoom_calibration *calibration, const struct
 
 /// The text: canonical, fixed decimals, CRC-32 on the last line, as that of calibration.h.
 /// print(parse(text)) == text. Errors as there; after an error `result` is undefined.
-int zoom_calibration_parse(const char *text, size_t length, struct zoom_calibration *result,
-                           struct calibration_fault *fault);
+/// `watch` may be NULL.
+int zoom_calibration_parse(const char *text, size_t length, const struct watch *watch,
+                           struct zoom_calibration *result, struct calibration_fault *fault);
 /// Returns the length without the zero, or ERROR_BUFFER, or an error of
 /// `zoom_calibration_validate`.
 int zoom_calibration_print(const struct zoom_calibration *calibration, char *text,

@@ -59,7 +59,8 @@ static int parse_sigma(struct keyed_reader *reader, int i, double sigma[ZOOM_PAR
                 : ERROR_OK;
 }
 
-static int parse_covariance(struct keyed_reader *reader, struct zoom_calibration *calibration) {
+static int parse_covariance(struct keyed_reader *reader, const struct watch *watch,
+                            struct zoom_calibration *calibration) {
     double sigma[ZOOM_PARAMETERS_MAX], *parameter[ZOOM_PARAMETERS_MAX];
     int code = parse_parameters(reader, &calibration->parameters);
     if (code == ERROR_OK && calibration->parameters != 0 &&
@@ -68,6 +69,7 @@ static int parse_covariance(struct keyed_reader *reader, struct zoom_calibration
                             "must be the number of terms and mounts above, or 0");
     }
     for (int i = 0; i < calibration->parameters && code == ERROR_OK; i++) {
+        watch_serve(watch);
         code = parse_sigma(reader, i, sigma, &calibration->covariance[i * (i + 1) / 2]);
     }
     return code;
@@ -77,13 +79,13 @@ bool zoom_calibration_is_text(const char *text, size_t length) {
     return keyed_text_is(&zoom_grammar, text, length);
 }
 
-int zoom_calibration_parse(const char *text, size_t length, struct zoom_calibration *result,
-                           struct calibration_fault *fault) {
+int zoom_calibration_parse(const char *text, size_t length, const struct watch *watch,
+                           struct zoom_calibration *result, struct calibration_fault *fault) {
     struct keyed_reader reader = {
         .text = text, .length = length, .fault = {.field = "", .reason = ""}};
     memset(result, 0, sizeof *result);
     const int version = keyed_text_parse(&zoom_grammar, &reader, result);
-    int code = version < 0 ? version : parse_covariance(&reader, result);
+    int code = version < 0 ? version : parse_covariance(&reader, watch, result);
     if (code == ERROR_OK) {
         code = keyed_text_parse_end(&zoom_grammar, &reader);
     }

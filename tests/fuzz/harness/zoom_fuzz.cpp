@@ -21,7 +21,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     const std::string input = std::string(reinterpret_cast<const char *>(data), size) + line;
     auto parsed = std::make_unique<zoom_calibration>();
     calibration_fault fault = {-1, nullptr, nullptr, 0};
-    const int code = zoom_calibration_parse(input.data(), input.size(), parsed.get(), &fault);
+    const int code =
+        zoom_calibration_parse(input.data(), input.size(), nullptr, parsed.get(), &fault);
     if (code != ERROR_OK) {
         FUZZ_CHECK(code < 0);
         FUZZ_CHECK(fault.line >= 0 && fault.field != nullptr && fault.reason != nullptr);

@@ -73,7 +73,7 @@ TEST_CASE("a recording at many zooms becomes the calibration of the whole rig") 
     REQUIRE(solved);
     const std::string text = calibrate_zoom_file(made.job);
     const auto rig = std::make_unique<zoom_calibration>();
-    REQUIRE(zoom_calibration_parse(text.data(), text.size(), rig.get(), nullptr) == 0);
+    REQUIRE(zoom_calibration_parse(text.data(), text.size(), nullptr, rig.get(), nullptr) == 0);
     CHECK(std::string(rig->instrument) == "synthetic");
     CHECK(rig->camera[0].zoom.max > 840);
     CHECK(std::exp(rig->camera[0].log_focal.max) > 25000);

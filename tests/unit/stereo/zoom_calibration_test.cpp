@@ -26,7 +26,7 @@ std::string print(const zoom_calibration &calibration) {
 }
 
 int parse(const std::string &text, zoom_calibration &result, calibration_fault *fault = nullptr) {
-    return zoom_calibration_parse(text.data(), text.size(), &result, fault);
+    return zoom_calibration_parse(text.data(), text.size(), nullptr, &result, fault);
 }
 
 }  // namespace
