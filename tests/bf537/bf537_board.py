@@ -31,6 +31,7 @@ def require_tool_chain():
 
 class Board:
     """The simulated processor, with a rig or with nothing connected."""
+    silence_s = 10 * TIMEOUT_S
 
     def __init__(self, rig=None, image=None, flash=None, cut=None):
         """`flash`: the file that keeps it; `cut`: the number of the programming in which its power fails."""
@@ -64,7 +65,7 @@ class Board:
         """What comes up to a text that `ends` accepts; only a silence is an error."""
         while not ends(self.text):
             wait_until(lambda: select.select([self.far], [], [], 0.1)[0],
-                       lambda: f"the console does not answer: {self.text!r}", 10 * TIMEOUT_S)
+                       lambda: f"the console does not answer: {self.text!r}", self.silence_s)
             # A line's end may come in two parts.
             self.text = (self.text + os.read(self.far, 4096).decode()).replace("\r\n", "\n")
         found, self.text = self.text, ""
