@@ -15,7 +15,7 @@
 #include "daemon/session/session_notes.h"
 #include "daemon/surface/reconstruct_pictures.h"
 
-enum { PAIRS = 4 };  // that a measurement takes at most, but for those that moved
+enum { PAIRS = 5 };  // that a measurement takes at most, but for those that moved
 
 static const double us_per_s = 1e6;
 

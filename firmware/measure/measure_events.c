@@ -55,6 +55,12 @@ static bool shows_depth(const struct measure_event *event) {
            measure_is_length(event->subject.far_mm) && measure_is_length(event->subject.width_mm);
 }
 
+static bool shows_surface(const struct measure_event *event) {
+    return event->surface.near_mm > 0 && event->surface.depth_mm >= event->surface.near_mm &&
+           event->surface.far_mm >= event->surface.depth_mm &&
+           measure_is_length(event->surface.far_mm);
+}
+
 // The subject that the coarse surface shows. False: it shows none.
 static bool take_subject(struct measure *self, const struct measure_event *event) {
     const double *left_mm = event->subject.left_mm;
@@ -252,19 +258,25 @@ static enum measure_outcome take_iris(struct measure *self, const struct measure
     return MEASURE_DONE;
 }
 
-static enum measure_outcome take_pair(struct measure *self, const struct measure_event *event) {
+// What the cameras see of the subject at its distance, as far as that is known.
+static void take_field(struct measure *self) {
     struct zoom_field field;
-    if (event->error != ERROR_OK) {
-        return moved_or_failed(self, event->error);
-    }
-    if (self->subject_known && zoom_field_at(self->instrument.calibration, &self->instrument.frames,
-                                             &self->axes, self->point_mm, &field) == ERROR_OK) {
+    if (self->subject_known &&
+        zoom_field_at(self->instrument.calibration, &self->instrument.frames, &self->pair_axes,
+                      self->point_mm, &field) == ERROR_OK) {
         self->result.density_per_mm2 = field.density_per_mm2;
         self->result.width_mm = field.width_mm;
+    }
+}
+
+static enum measure_outcome take_pair(struct measure *self, const struct measure_event *event) {
+    if (event->error != ERROR_OK) {
+        return moved_or_failed(self, event->error);
     }
     self->result.pair = event->pair.number;
     self->pair_f_px = measure_focal_px(self);
     self->pair_axes = self->axes;
+    take_field(self);
     self->dark_part =
         event->pair.dark_part >= 0 && event->pair.dark_part <= 1 ? event->pair.dark_part : 0;
     return MEASURE_DONE;
@@ -273,6 +285,8 @@ static enum measure_outcome take_pair(struct measure *self, const struct measure
 static enum measure_outcome take_merged(struct measure *self, const struct measure_event *event) {
     if (event->error == ERROR_OK) {
         self->result.pair = event->pair.number;
+    } else if (self->refocused) {
+        self->result = self->unfocused;  // its pair is still the best
     } else {
         measure_lose(self, MEASURE_LOSS_ONE_EXPOSURE);
     }
@@ -356,6 +370,43 @@ enum measure_advice measure_advice_after(const struct measure *self,
     return advice_for(&after);
 }
 
+static bool is_sharp(const struct measure_result *result) {
+    return !(result->sharp_near_mm > 0) ||
+           (result->depth_mm >= result->sharp_near_mm && result->depth_mm <= result->sharp_far_mm);
+}
+
+// The widest view shows a distance to 2 %, or something behind a smooth subject: too little for the
+// sharp depth of a long lens. The surface knows better, and may be taken again by it, once.
+static bool refocus(struct measure *self, const struct measure_event *event) {
+    struct zoom_pair pair;
+    if (is_sharp(&self->result)) {
+        return false;
+    }
+    const bool stated = self->request.near_mm > 0 && self->request.far_mm > 0;
+    const bool moved_on = self->other_pair > self->result.pair;  // the other zoom came after it
+    if (self->request.quick || self->refocused || stated || moved_on || event->lost ||
+        !self->subject_known || !shows_surface(event)) {
+        measure_lose(self, MEASURE_LOSS_NOT_SHARP);
+        return false;
+    }
+    zoom_pair_at(self->instrument.calibration->camera, &self->axes, &pair);
+    for (int i = 0; i < 3; i++) {
+        const double from_mm = pair.side[0].position_mm[i];
+        self->point_mm[i] =
+            from_mm + (self->point_mm[i] - from_mm) * event->surface.depth_mm / self->distance_mm;
+    }
+    self->distance_mm = self->middle_mm = event->surface.depth_mm;
+    self->near_mm = event->surface.near_mm;
+    self->far_mm = event->surface.far_mm;
+    self->unfocused = self->result;
+    take_field(self);
+    self->result.losses &= ~(UINT32_C(1) << MEASURE_LOSS_NOT_SHARP);
+    self->refocused = true;
+    self->iris_opens = false;
+    self->phase = MEASURE_IRIS;
+    return true;
+}
+
 static enum measure_outcome take_surface(struct measure *self, const struct measure_event *event) {
     struct measure_result *result = &self->result;
     if (event->error != ERROR_OK) {
@@ -370,6 +421,9 @@ static enum measure_outcome take_surface(struct measure *self, const struct meas
         return MEASURE_FAILED;
     }
     take_figures(self, event);
+    if (refocus(self, event)) {
+        return MEASURE_REPEAT;
+    }
     advise(self, event);
     return MEASURE_DONE;
 }

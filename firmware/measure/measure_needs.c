@@ -193,6 +193,11 @@ static bool needs_aimed_surface(const struct measure *self) {
     return needs_look(self) && !self->request.quick && self->aims > 0 && self->other_pair != 0;
 }
 
+// Not to focus again: the merged pair is what is measured.
+static bool needs_pair(const struct measure *self) {
+    return !self->refocused;
+}
+
 static bool needs_merged(const struct measure *self) {
     return !self->request.quick && self->result.pair != 0;
 }
@@ -259,6 +264,7 @@ bool measure_needs(const struct measure *self, enum measure_phase phase) {
         [MEASURE_FOCUS] = needs_focus,
         [MEASURE_MIDDLE] = needs_middle,
         [MEASURE_LIGHT] = needs_light,
+        [MEASURE_PAIR] = needs_pair,
         [MEASURE_MERGED] = needs_merged,
         [MEASURE_OTHER_ZOOM] = needs_other,
         [MEASURE_OTHER_FOCUS] = needs_other_focus,

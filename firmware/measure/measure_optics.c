@@ -123,6 +123,7 @@ bool measure_prepare_middle(struct measure *self, struct measure_step *step) {
     step->axes = to;
     measure_explain(step,
                     self->tries > 0      ? MEASURE_WHY_FOCUS_AGAIN
+                    : self->refocused    ? MEASURE_WHY_FOCUS_SURFACE
                     : self->focus_missed ? MEASURE_WHY_FOCUS_CALIBRATED
                                          : MEASURE_WHY_FOCUS_KNOWN,
                     distance_mm, 0, 0, 0);

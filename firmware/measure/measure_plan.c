@@ -28,6 +28,7 @@ struct measure_event measure_expect(const struct measure *self, const struct mea
     event.focus_mm = distance_mm;
     event.pair.number = self->result.pair + self->other_pair + 1;
     event.surface.with_used = true;
+    event.surface.depth_mm = distance_mm;
     if (step->kind != MEASURE_STEP_LOOK) {
         return event;
     }

@@ -57,6 +57,7 @@ enum measure_phase {
     X(FOCUS_COLD, "the distance is not known yet")                                                \
     X(FOCUS_LOST, "the wide view showed no surface")                                              \
     X(FOCUS_KNOWN, "# mm by the coarse surface")                                                  \
+    X(FOCUS_SURFACE, "the surface has the subject at # mm, out of focus")                         \
     X(DISTANCE, "distance and depth of the subject")                                              \
     X(AIM, "the subject is at # mm, # mm to the right: it would leave the zoomed view")           \
     X(AIM_AGAIN, "the servos came to rest with only # % of the view around the subject")          \
@@ -207,12 +208,13 @@ struct measure_event {
         double right_px[2];                ///< where the right camera has it
         double near_mm, far_mm, width_mm;  ///< of the subject, left depth
     } subject;
-    struct {               // SURFACE
-        bool with_used;    ///< the pair at the other zoom helped
-        double depth_mm;   ///< median
-        double sigma_mm;   ///< median of the points
-        double common_mm;  ///< that all points share; < 0: not known
-        double share;      ///< of the subject that has points, 0 .. 1
+    struct {                     // SURFACE
+        bool with_used;          ///< the pair at the other zoom helped
+        double depth_mm;         ///< median
+        double near_mm, far_mm;  ///< of the subject; 0 0: not known
+        double sigma_mm;         ///< median of the points
+        double common_mm;        ///< that all points share; < 0: not known
+        double share;            ///< of the subject that has points, 0 .. 1
         const char *hole;  ///< why most of the rest has none; NULL: there is little. Static storage
         /// `common_mm` as expected with a pair at another zoom, or with a board in view
         /// (zoom_expect_at); <= 0: not known.
@@ -283,9 +285,11 @@ struct measure {
     double focus_wanted[2],
         focus_off[2];  ///< of the focus on the middle, counts: sum of its errors
     bool focus_missed, iris_opens;
-    bool dark;          ///< the light that was set last is far from its target
-    bool other_missed;  ///< the pair at another zoom failed
-    bool alone;         ///< the surface is computed without it
+    struct measure_result unfocused;  ///< before that
+    bool refocused;                   ///< the surface showed the subject out of focus
+    bool dark;                        ///< the light that was set last is far from its target
+    bool other_missed;                ///< the pair at another zoom failed
+    bool alone;                       ///< the surface is computed without it
 };
 
 #ifdef __cplusplus

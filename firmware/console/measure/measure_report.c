@@ -54,6 +54,9 @@ void measure_report_surface(struct measure_report *self, const struct measure_su
     }
     if (!measure_share_of(result, depths, arena, &share) || share.measured == 0) {
         share.spread = surface->spread;  // the subject is not there: what is, then
+    } else {
+        event->surface.near_mm = share.spread.depth_mm[0];
+        event->surface.far_mm = share.spread.depth_mm[2];
     }
     memcpy(self->depth_mm, share.spread.depth_mm, sizeof self->depth_mm);
     event->surface.depth_mm = share.spread.depth_mm[1];

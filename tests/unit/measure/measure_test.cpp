@@ -117,6 +117,58 @@ TEST_CASE("quick at a width looks once") {
     }
 }
 
+TEST_CASE("a subject that the surface shows out of focus is focused again, once") {
+    for (const double factor : {1.02, 0.9, 1.1}) {
+        World world(12);
+        world.focus_error[0] = world.focus_error[1] = 0;
+        world.meddle = [&](const measure_step &step, measure_event &event) {
+            if (step.kind == MEASURE_STEP_LOOK) {
+                event.subject.near_mm *= factor;
+                event.subject.far_mm *= factor;
+                for (double &value : event.subject.left_mm) {
+                    value *= factor;
+                }
+            }
+        };
+        const measure_result result = run(world, wish(MEASURE_WISH_FIT, 300), whole_rig());
+        INFO("factor ", factor, ", sharp from ", result.sharp_near_mm, " to ", result.sharp_far_mm);
+        const auto count = [&](measure_phase phase) {
+            return std::count_if(world.steps.begin(), world.steps.end(),
+                                 [&](const auto &step) { return step.phase == phase; });
+        };
+        const bool again = factor != 1.02;
+        CHECK(result.error == ERROR_OK);
+        CHECK(count(MEASURE_PAIR) == 1);
+        CHECK(count(MEASURE_SURFACE) == 1 + again);
+        CHECK(count(MEASURE_MERGED) == 1 + again);
+        CHECK(world.last(MEASURE_MIDDLE).reason.why ==
+              (again ? MEASURE_WHY_FOCUS_SURFACE : MEASURE_WHY_FOCUS_KNOWN));
+        CHECK(world.last(MEASURE_SURFACE).pair == uint32_t(world.pairs));
+        CHECK((result.sharp_near_mm < world.subject_mm[2] &&
+               world.subject_mm[2] < result.sharp_far_mm));
+    }
+}
+
+TEST_CASE("the pair that is out of focus is measured where no other can be taken") {
+    for (const bool stops : {false, true}) {
+        World world(12);
+        world.meddle = [&](const measure_step &step, measure_event &event) {
+            event.subject.left_mm[2] *= 1.1;
+            event.subject.near_mm *= 1.1;
+            event.subject.far_mm *= 1.1;
+            event.lost = stops && step.phase == MEASURE_SURFACE;
+            event.error =
+                step.phase == MEASURE_MERGED && world.pairs > 3 ? ERROR_MOVED : event.error;
+        };
+        const measure_result result = run(world, wish(MEASURE_WISH_FIT, 300), whole_rig());
+        CHECK(result.error == ERROR_OK);
+        CHECK(result.pair == 3);
+        CHECK(world.pairs == (stops ? 3 : 4));
+        CHECK(lost(result, MEASURE_LOSS_NOT_SHARP));
+        CHECK(result.sharp_near_mm > world.subject_mm[2]);
+    }
+}
+
 TEST_CASE("at 1x the second zoom is a longer one, after the pair") {
     World world(2);
     const measure_result result = run(world, wish(MEASURE_WISH_ZOOM, 1), whole_rig());

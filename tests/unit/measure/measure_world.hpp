@@ -76,6 +76,8 @@ class World {
         event.pair = {static_cast<uint32_t>(pairs), step.bracket > 0 ? 0 : dark_part};
         event.surface = {step.with_pair != 0,
                          subject_mm[2],
+                         near_mm,
+                         far_mm,
                          1,
                          step.with_pair != 0 ? 1.5 : 20,
                          0.9,
