@@ -134,11 +134,10 @@ class Rig(unittest.TestCase):
         board = Board(("--scene", "cylinder", "--rig", "perfect"))
         self.addCleanup(board.close)
         board.wait_prompt()
-        for line in ("bringup", "window 440 330", "pan 3.97 right=-3.97", "capture"):
+        for line in ("bringup", "window 640 480", "pan 3.97 right=-3.97", "capture"):
             self.assertIn("\nOK\n", board.type(line))
         self.assertEqual(board.client("send", "tests/bf537/perfect.zoom", cwd=bf537_board.ROOT).returncode, 0)
         self.assertIn("\nOK\n", board.type("calibration set perfect.zoom"))
-        # The work alone would fit, but not its result with the file.
         refused = re.search(r"ERR MEMORY reconstruct: ([\d.]+) MB are required, ([\d.]+) MB are there "
                             r"\(scale=([\d.]+) fits\)", board.type("reconstruct scale=4 disparity=0:64"))
         self.assertTrue(refused)
