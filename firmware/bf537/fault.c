@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "bf537/l1.h"
 #include "bf537/mmr.h"
 #include "bf537/watchdog.h"
 #include "console/command_text.h"
@@ -99,19 +100,20 @@ static void print_register(const char *name, uint32_t value) {
     print(line);
 }
 
-static bool is_text(uint32_t address) {
-    return address >= (uint32_t)(uintptr_t)_bf537_text_begin &&
-           address < (uint32_t)(uintptr_t)_bf537_text_end && address % 2 == 0;
-}
-
-/// Whether a call ends right before the address: CALL of 4 bytes, or through a register.
-static bool follows_call(uint32_t address) {
-    const uint16_t *before = (const uint16_t *)(uintptr_t)address;
-    return (before[-2] & 0xFF00) == 0xE300 || (before[-1] & 0xFFE8) == 0x0060;
-}
-
-static bool is_within(uint32_t address, const uint32_t *begin, const uint32_t *end) {
+static bool is_within(uint32_t address, const void *begin, const void *end) {
     return address >= (uint32_t)(uintptr_t)begin && address < (uint32_t)(uintptr_t)end;
+}
+
+/// Whether a call ends right before the address: CALL of 4 bytes, or through a register. Of code in
+/// L1 only the copy in SDRAM can be read.
+static bool follows_call(uint32_t address) {
+    uint32_t call = address - 4;
+    if (is_within(call, bf537_l1_text_begin, bf537_l1_text_end)) {
+        call += (uint32_t)(bf537_l1_text_load - bf537_l1_text_begin);
+    }
+    const uint16_t *code = (const uint16_t *)(uintptr_t)call;
+    return call % 2 == 0 && is_within(call, _bf537_text_begin, _bf537_text_end) &&
+           ((code[0] & 0xFF00) == 0xE300 || (code[1] & 0xFFE8) == 0x0060);
 }
 
 /// Return addresses on the stack, the innermost first. That of a part of the work has the place on
@@ -128,7 +130,7 @@ static void print_calls(uint32_t sp, uint32_t rets) {
     while (at != (uint32_t)(uintptr_t)_bf537_stack_end && printed < CALLS_MAX) {
         const uint32_t value = *(const uint32_t *)(uintptr_t)at;
         at += 4;
-        if (is_text(value) && is_text(value - 4) && follows_call(value)) {
+        if (follows_call(value)) {
             print_register("", value);
             printed++;
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The memory within the processor, which needs no bus (l1.S).
+/// The memory within the processor, which needs no bus (l1.S, l1_code.ld).
 #ifndef VERGENCE_BF537_L1_H
 #define VERGENCE_BF537_L1_H
 
@@ -13,6 +13,11 @@ extern uint8_t bf537_l1_b_begin[] __asm__("_bf537_l1_b_begin");
 extern uint8_t bf537_l1_b_end[] __asm__("_bf537_l1_b_end");
 extern uint8_t bf537_scratchpad_begin[] __asm__("_bf537_scratchpad_begin");
 extern uint8_t bf537_scratchpad_end[] __asm__("_bf537_scratchpad_end");
+
+/// Code that runs in L1, and its copy in SDRAM, which loads can read.
+extern uint8_t bf537_l1_text_begin[] __asm__("_bf537_l1_text_begin");
+extern uint8_t bf537_l1_text_end[] __asm__("_bf537_l1_text_end");
+extern uint8_t bf537_l1_text_load[] __asm__("_bf537_l1_text_load");
 
 /// Lends both banks of data, without the stack of `parallel_call`, and the scratchpad.
 static inline void bf537_l1_lend(struct arena *arena) {

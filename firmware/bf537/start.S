@@ -78,6 +78,7 @@ wait:
 begin:
     [--sp] = reti; /* other events may interrupt from here on */
     sp += -12;
+    call _bf537_l1_load_text;
     call _bf537_main;
 halt:
     idle;
@@ -186,4 +187,4 @@ fault:
     l3 = 0;
     sp += -12;
     call _bf537_fault;
-    jump halt;
+    jump.l halt;

@@ -15,6 +15,7 @@ setUpModule = bf537_board.require_tool_chain
 FAULTS = {
     b"u": ("undefined instruction at", "provoke_undefined_instruction"),
     b"p": ("undefined instruction at", "parallel_call"),
+    b"l": ("undefined instruction at", "provoke_in_l1"),
     b"m": ("misaligned access to data at", "provoke_misaligned_access"),
     b"i": (r"internal error at faults\.c:\d+: value == 0", None),
     b"s": ("the stack ran over its end", None),

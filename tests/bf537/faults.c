@@ -58,6 +58,11 @@ __attribute__((noinline)) static void provoke_in_part(void *within, int depth) {
     }
 }
 
+__attribute__((noinline, section(".l1_text"))) static void provoke_in_l1(void) {
+    parallel_call(provoke_in_part, NULL, 0);
+    __asm__ volatile("");  // so that it is a call, and no jump
+}
+
 static char take_key(void) {
     while ((UART_LSR(UART0) & UART_LSR_DR) == 0) {
     }
@@ -81,6 +86,8 @@ _Noreturn void bf537_main(void) {
         provoke_broken_invariant(1);
     } else if (key == 'p') {
         parallel_call(provoke_in_part, NULL, 1);
+    } else if (key == 'l') {
+        provoke_in_l1();
     } else if (key == 's') {
         (void)provoke_deep_stack(0);
         bf537_fault_check_stack();

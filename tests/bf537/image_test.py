@@ -13,6 +13,15 @@ TYPES = {"uimage": "standalone", "fit": "flat_dt"}
 
 
 class Image(unittest.TestCase):
+    def test_the_loops_over_pixels_are_in_the_memory_within_the_processor(self):
+        # A function that is renamed leaves it without an error of the linker.
+        tools = pathlib.Path(output_of(bf537_board.ROOT / "tools/bfin-toolchain", "--where"), "bin")
+        names = set(re.findall(r"\.text\.([a-z_]+)",
+                               (bf537_board.ROOT / "firmware/bf537/link/l1_code.ld").read_text(encoding="utf-8")))
+        symbols = output_of(tools / "bfin-elf-nm", Board.image)
+        there = set(re.findall(r"(?m)^ffa0\w{4} t _([a-z_]+)", symbols, re.IGNORECASE))
+        self.assertEqual(names - there, set())
+
     def unpack(self, kind, folder):
         """The bytes of an image's program, with the load address and entry that it states."""
         image = Board.image.with_suffix(f".{kind}")

@@ -17,7 +17,7 @@ SURFACE = ("board", "subpixel", "prepare", "develop", "rectify")
 CORE_HZ = 600e6
 # The counters of tools/bfin_devices/dv-bfin_mmu.c, and the processor's own memory (firmware/bf537/l1.S), of which
 # the simulator's hosted environment only has the scratchpad.
-MEMORY = ("0x90000000,0x10", "0xff800000,0x8000", "0xff900000,0x8000")
+MEMORY = ("0x90000000,0x10", "0xff800000,0x8000", "0xff900000,0x8000", "0xffa00000,0xc000")
 # The EZ-KIT's SDRAM: 16 bits at 120 MHz. A line of a cache takes 16 clocks of data, and 8 of precharge, row
 # and latency where rows are not open.
 LINE_BYTES, LINE_S = 32, 24 / 120e6
