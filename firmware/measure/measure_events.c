@@ -370,9 +370,15 @@ enum measure_advice measure_advice_after(const struct measure *self,
     return advice_for(&after);
 }
 
+// Whether the subject's middle is blurred by less than what a result loses something by. Blur grows
+// with the distance from the focus in dioptres.
 static bool is_sharp(const struct measure_result *result) {
-    return !(result->sharp_near_mm > 0) ||
-           (result->depth_mm >= result->sharp_near_mm && result->depth_mm <= result->sharp_far_mm);
+    if (!(result->sharp_near_mm > 0)) {
+        return true;
+    }
+    const double near = 1 / result->sharp_near_mm, far = 1 / result->sharp_far_mm;
+    const double blur = fabs(1 / result->depth_mm - (near + far) / 2) / ((near - far) / 2);
+    return !(blur > MEASURE_BLURRED_PX / MEASURE_SHARP_PX);
 }
 
 // The widest view shows a distance to 2 %, or something behind a smooth subject: too little for the
