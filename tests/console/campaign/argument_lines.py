@@ -34,8 +34,8 @@ class Argument:
             self.kind, self.limits = "number", (float(found[1]), float(found[2]))
         elif found := re.match(rf"(?:a )?numbers? of at least {NUMBER}", rest):
             self.kind, self.limits = "number", (float(found[1]), float("inf"))
-        elif found := re.fullmatch(rf"text of {NUMBER} to {NUMBER} characters", rest):
-            self.kind, self.limits = "text", (int(found[1]), int(found[2]))
+        elif found := re.fullmatch(r"text of (\d+)(?: to (\d+))? characters", rest):
+            self.kind, self.limits = "text", (int(found[1]), int(found[2] or found[1]))
         elif re.fullmatch(r"[\w-]+(, [\w-]+)*( or [\w-]+)?", rest):
             self.kind, self.words = "choice", re.split(", | or ", rest)
         else:
