@@ -50,15 +50,19 @@ static bool shows_subject(const struct measure_event *event) {
            fabs(right_px[0]) < LENS_CENTRE_MAX_PX && fabs(right_px[1]) < LENS_CENTRE_MAX_PX;
 }
 
+static bool is_range(double near_mm, double far_mm) {
+    return near_mm > 0 && far_mm >= near_mm && measure_is_length(far_mm);
+}
+
 static bool shows_depth(const struct measure_event *event) {
-    return event->subject.near_mm > 0 && event->subject.far_mm >= event->subject.near_mm &&
-           measure_is_length(event->subject.far_mm) && measure_is_length(event->subject.width_mm);
+    return is_range(event->subject.near_mm, event->subject.far_mm) &&
+           measure_is_length(event->subject.width_mm);
 }
 
 static bool shows_surface(const struct measure_event *event) {
-    return event->surface.near_mm > 0 && event->surface.depth_mm >= event->surface.near_mm &&
-           event->surface.far_mm >= event->surface.depth_mm &&
-           measure_is_length(event->surface.far_mm);
+    return is_range(event->surface.near_mm, event->surface.far_mm) &&
+           event->surface.depth_mm >= event->surface.near_mm &&
+           event->surface.depth_mm <= event->surface.far_mm;
 }
 
 // The subject that the coarse surface shows. False: it shows none.
