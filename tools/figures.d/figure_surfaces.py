@@ -22,7 +22,9 @@ def disparities(result):
 
 
 def number(value, digits=2, unit=""):
-    return "-" if value is None else value if isinstance(value, str) else f"{value:.{digits}f}{unit}"
+    if value is None:
+        return "-"
+    return value if isinstance(value, str) else f"{value:.{digits}f}{unit}"
 
 
 def fit_of(group, key):
