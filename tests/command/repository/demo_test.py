@@ -30,12 +30,13 @@ class Usage(unittest.TestCase):
             self.assertEqual(run(tool, "--help").returncode, 0)
 
     def test_jobs_require_a_number(self):
-        for tool in ("build", "campaign fuzz", "cross", "cross.d/build_kernel_nommu", "cross.d/build_libraries",
-                     "image", "package", "system/build_busybox", "test"):
+        for tool in ("bfin-toolchain", "build", "campaign fuzz", "cross", "cross.d/build_fdpic",
+                     "cross.d/build_kernel_nommu", "cross.d/build_libraries", "image", "package",
+                     "system/build_busybox", "system/build_kernel", "test"):
             for number in ((), ("x",), ("0",)):
                 wrong = run(*tool.split(), "--jobs", *number)
                 self.assertEqual((wrong.returncode, wrong.stdout), (2, ""), (tool, number))
-                self.assertRegex(wrong.stderr, r"^tools/\w+: --jobs (requires|needs) a .*number.*\n$", (tool, number))
+                self.assertRegex(wrong.stderr, r"^tools/[\w-]+: --jobs (requires|needs) a .*number.*\n$", (tool, number))
 
     def test_what_only_takes_is_known_before_a_build(self):
         for only in ("no_such_thing", "["):
