@@ -102,13 +102,14 @@ static int give_up(struct message *message) {
     return message_set(message, ERROR_CANCELLED, "interrupted");
 }
 
-/// A decision of `measure` ("aim: the subject is ...") stays on the screen above the progress, and
-/// goes to a file when it is made.
-static void keep_step(struct remote *self, const char *what) {
-    if (self->shows_steps && strstr(what, ": ") != NULL && strcmp(what, self->step) != 0) {
+void remote_keep_step(struct remote *self, const char *what) {
+    const bool waits = strncmp(what, REPLY_WAITING, sizeof REPLY_WAITING - 1) == 0;
+    const bool kept = waits || (self->shows_steps && strstr(what, ": ") != NULL);
+    if (kept && strcmp(what, self->step) != 0) {
         remote_progress(self, "", 0, 0);
+        fputs(waits ? "vergence: the instrument is busy: " : "", stderr);
         printable_print(stderr, what);
-        fputc('\n', stderr);
+        fputs(waits ? " (Ctrl-C gives up)\n" : "\n", stderr);
         snprintf(self->step, sizeof self->step, "%s", what);
     }
 }
@@ -122,7 +123,7 @@ bool remote_show_progress(struct remote *self, const char *text) {
     const char *slash = strrchr(text, '/');
     if (blank > text + 3 && slash != NULL && slash > blank) {
         snprintf(what, sizeof what, "%.*s", (int)(blank - text - 4), text + 4);
-        keep_step(self, what);
+        remote_keep_step(self, what);
         remote_progress(self, what, strtoull(blank + 1, NULL, 10), strtoull(slash + 1, NULL, 10));
     }
     return true;

@@ -43,7 +43,7 @@ struct remote {
     /// The client's own commands; NULL: it has none.
     const struct client_command *measure, *reconstruct;
     int measure_exit;              ///< its exit code, after remote_measure
-    bool shows_steps;              ///< progress with a reason is kept on standard error
+    bool shows_steps;              ///< remote_keep_step keeps decisions
     char step[REMOTE_STEP_BYTES];  ///< the last one shown
     bool over;                     ///< "quit" was sent: no more commands can follow
     /// Another descriptor to watch while waiting for an answer, and its handler; -1, NULL: none.
@@ -131,6 +131,11 @@ __attribute__((format(printf, 6, 7))) int remote_call_about(struct remote *self,
 
 /// Length and CRC-32 of an open file. False: it cannot be read.
 bool remote_sum_file(int fd, uint64_t *size, uint32_t *crc);
+
+/// Keeps a line of progress on standard error, once, above the bar and also where that is not a
+/// terminal: that a command waits for another client's, and with `shows_steps` each decision of
+/// `measure` ("aim: the subject is ...").
+void remote_keep_step(struct remote *self, const char *what);
 
 /// Shows a line `... what done/total` of a text answer as progress. False: not such a line.
 bool remote_show_progress(struct remote *self, const char *text);

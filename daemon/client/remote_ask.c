@@ -359,14 +359,19 @@ static bool only_reads(const char *command) {
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message) {
     struct answer answer = {.remote = self, .json = self->json, .show = show, .cookie = cookie};
+    self->step[0] = '\0';
     return ask(&answer, command, only_reads(command), message);
 }
 
-/// Keeps the answer itself, which is the last line.
+/// Keeps the answer itself, which is the last line; of progress, what it waits for.
 static void keep_answer(struct remote *self, void *cookie, const char *text) {
+    char what[REMOTE_STEP_BYTES];
     (void)cookie;
     cJSON_Delete(self->answer);
     self->answer = json_parse(text);
+    if (json_member_text(self->answer, "what", what, sizeof what)) {
+        remote_keep_step(self, what);
+    }
 }
 
 int remote_call(struct remote *self, const char *command, const struct cJSON **result,

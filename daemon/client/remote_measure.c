@@ -320,7 +320,6 @@ static int conclude(struct remote *self, struct parts *parts, struct measuring *
 static int measure(struct remote *self, struct parts *parts, struct measuring *measuring,
                    struct message *message) {
     self->shows_steps = !self->json;
-    self->step[0] = '\0';
     self->take = measuring->is_measure || self->line.serial ? NULL : take;
     int error = remote_ask(self, parts->request, hold_back, measuring, message);
     self->shows_steps = false;

@@ -384,8 +384,7 @@ void worker_report_wait(struct worker *self, struct job *job, struct reply *repl
         now_us > job->queued_us + WAIT_REPORTED_US) {
         job->ahead = ahead > job->ahead ? ahead : job->ahead;
         job->ahead_shown = ahead;
-        snprintf(what, sizeof what, "waiting for another client's %s",
-                 self->running->command->name);
+        snprintf(what, sizeof what, REPLY_WAITING "%s", self->running->command->name);
         const struct reply_sink sink = output_sink(job->output);
         reply_begin(reply, &sink, &job->request, job->terminal);
         reply_progress(reply, what, job->ahead - ahead, job->ahead);

@@ -38,6 +38,9 @@ enum {
     REPLY_BYTES_MAX = 32768,
 };
 
+/// Progress of a command that waits; the name of the other client's command follows.
+#define REPLY_WAITING "waiting for another client's "
+
 /// Where the bytes of an answer go.
 struct reply_sink {
     void (*put)(void *self, const void *data, size_t bytes);

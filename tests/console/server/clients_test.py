@@ -159,13 +159,16 @@ class Clients(DaemonTest):
             gone = self.seated()
             gone.begin("status")
             gone.socket.close()
-        process = self.begin("status", text=True)
-        self.wait_running("wait", ahead=2)
-        begin = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        self.assertEqual(process.wait(TIMEOUT_S), 130)
-        self.assertLess(time.monotonic() - begin, 5)
-        self.assertEqual(process.stderr.read(), "ERR CANCELLED cancelled\n")
+        for words in (["status"], ["view"], ["--json", "status"]):
+            process = self.begin(*words, text=True)
+            said = process.stdout if "--json" in words else process.stderr
+            self.assertIn("waiting for another client's wait", said.readline())
+            begin = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(TIMEOUT_S), 130)
+            self.assertLess(time.monotonic() - begin, 5)
+            self.assertIn("CANCELLED", said.read())
+            self.assertEqual(process.stderr.read(), "")
         self.first.send("\x03")
         self.assertEqual(self.first.begun_answer(), ["ERR CANCELLED cancelled"])
 
