@@ -151,6 +151,11 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
 int remote_fetch(struct remote *self, const char *name, const char *local,
                  struct remote_written *written, struct message *message);
 
+/// As remote_fetch, of what a command has just made: an error other than ERROR_REFUSED says how to
+/// get it later, and which command of the PC (`then`; NULL: none) is next.
+int remote_fetch_result(struct remote *self, const char *name, const char *local, const char *then,
+                        struct remote_written *written, struct message *message);
+
 /// Puts the first free name for a new local file into `local`: `name`, else with a number before
 /// its extension.
 void remote_free_name(const char *name, char *local, size_t bytes);

@@ -196,6 +196,24 @@ void remote_free_name(const char *name, char *local, size_t bytes) {
     }
 }
 
+int remote_fetch_result(struct remote *self, const char *name, const char *local, const char *then,
+                        struct remote_written *written, struct message *message) {
+    const char *const here = local != NULL ? local : "";
+    const int error = remote_fetch(self, name, local, written, message);
+    if (error == ERROR_OK || error == ERROR_REFUSED) {
+        return error;
+    }
+    const struct message cause = *message;
+    return then != NULL
+               ? message_set(message, error,
+                             "%s; %s is complete on the instrument: \"fetch %s%s%s\", then "
+                             "\"vergence %s %s\"",
+                             cause.text, name, name, local != NULL ? " " : "", here, then,
+                             local != NULL ? local : name)
+               : message_set(message, error, "%s; %s is complete on the instrument: \"fetch %s\"",
+                             cause.text, name, name);
+}
+
 /// Fetches a file under a name that is free here.
 static int fetch_made(struct remote *self, const char *name, char local[NAME_BYTES + 8],
                       struct remote_written *written, struct message *message) {
@@ -203,7 +221,7 @@ static int fetch_made(struct remote *self, const char *name, char local[NAME_BYT
         return invalid(message);
     }
     remote_free_name(name, local, NAME_BYTES + 8);
-    return remote_fetch(self, name, local, written, message);
+    return remote_fetch_result(self, name, local, NULL, written, message);
 }
 
 /// Fetches and shows all that was made. The answer must name at least one file.

@@ -209,9 +209,9 @@ static void show_file(struct remote *self, const struct measuring *measuring,
 
 /// Fetches a file or a directory, and shows that.
 static int fetch(struct remote *self, const struct measuring *measuring, const char *name,
-                 const char *local, struct message *message) {
+                 const char *local, const char *then, struct message *message) {
     static struct remote_written written;
-    const int error = remote_fetch(self, name, local, &written, message);
+    const int error = remote_fetch_result(self, name, local, then, &written, message);
     if (error == ERROR_OK) {
         show_file(self, measuring, &written);
     }
@@ -279,7 +279,7 @@ static int unpack(struct remote *self, struct measuring *measuring, const struct
     words[count] = NULL;
     const int error = measuring->file.fd >= 0
                           ? keep_file(self, measuring, plain, local, sizeof local, message)
-                          : fetch(self, measuring, name, local, message);
+                          : fetch(self, measuring, name, local, command, message);
     if (error == ERROR_OK) {
         self->measure_exit = run_here(self->reconstruct, count, words);
     }
@@ -301,7 +301,7 @@ static int conclude(struct remote *self, struct parts *parts, struct measuring *
     int error = ERROR_OK;
     if (measuring->is_measure && why == NULL) {
         char *words[LOCAL_WORDS_MAX];
-        error = fetch(self, measuring, measuring->session, NULL, message);
+        error = fetch(self, measuring, measuring->session, NULL, "measure", message);
         if (error == ERROR_OK) {
             const int count = make_words(self, measuring->session, parts, words);
             self->measure_exit = run_here(self->measure, count, words);
@@ -309,7 +309,7 @@ static int conclude(struct remote *self, struct parts *parts, struct measuring *
     } else {
         error = self->reconstruct != NULL
                     ? unpack(self, measuring, parts, message)
-                    : fetch(self, measuring, measuring->result, NULL, message);
+                    : fetch(self, measuring, measuring->result, NULL, NULL, message);
     }
     if (error == ERROR_OK && why != NULL && !self->json) {
         measuring->show(self, measuring->cookie, why);

@@ -109,8 +109,9 @@ class Remote(ConsoleTest):
             self.assertNotEqual(answer["message"], "")
             self.assertIn(answer["error"], (error or answer["error"],))
 
-    def stand_in(self, answers):
-        """A daemon in front of the real one that answers `measure` itself."""
+    def stand_in(self, answers, fetching=lambda: None):
+        """A daemon in front of the real one that answers `measure` itself, and calls `fetching` before a block
+        of a file."""
         path = self.path_of("measures.sock")
         server = socket.socket(socket.AF_UNIX)
         server.bind(path)
@@ -136,6 +137,8 @@ class Remote(ConsoleTest):
                                 asked.append(command)
                                 client.sendall(answers.pop(0).encode())
                             else:
+                                if " offset=" in command:
+                                    fetching()
                                 real.sendall(line)
                     real.shutdown(socket.SHUT_RDWR)  # the other thread still reads from it
         threading.Thread(target=serve, daemon=True).start()
@@ -221,6 +224,27 @@ class Remote(ConsoleTest):
         self.assertIn("this program makes none", done.stdout)
         self.assertEqual(asked, ["measure cup fit=900 --quick", "measure cup", "measure cup plan",
                                  "measure cup", "measure cup", "measure cup"])
+
+    def test_a_result_that_is_not_fetched_is_named(self):
+        session = pathlib.Path(self.files) / "mug"
+        shutil.copytree(os.path.join(os.environ["VERGENCE_SOURCE"], "tests/sessions/small"), session)
+        self.addCleanup(shutil.rmtree, session)
+        add_notes(session, "# measure fit=900", "# measure surface pair=1 scale=0.5")
+        answer = "name: mug\nsession: mug\nresult: surface-mug-1\nsentence: good\nOK\n"
+        running = []
+        where, _ = self.stand_in([answer], lambda: running[0].send_signal(signal.SIGINT))
+        here = pathlib.Path(self.path_of("stopped"))
+        here.mkdir()
+        running.append(subprocess.Popen([os.environ["VERGENCE"], "--connect", where, "measure", "mug"], text=True,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=here))
+        output, errors = running[0].communicate(timeout=TIMEOUT_S)
+        self.assertEqual((running[0].returncode, output.count("OK")), (130, 0))
+        self.assertIn('mug is complete on the instrument: "fetch mug", then "vergence measure mug"', errors)
+        # No program takes what is here for a session before the rest is.
+        self.assertFalse((here / "mug/session.index").exists())
+        done = self.vergence("fetch", "mug", cwd=here)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(sorted(os.listdir(here / "mug")), sorted(os.listdir(session)))
 
     def test_a_connection_that_breaks(self):
         path = self.path_of("breaks.sock")
