@@ -123,6 +123,25 @@ TEST_CASE("a refined pair has its rows together and its focal lengths in the rig
     }
 }
 
+TEST_CASE("rows that are apart in pictures with skipped pixels do not accuse the calibration") {
+    const auto rig = zoom_rig::calibration();
+    Scene at = scene(500, 0, 0);
+    Memory memory(adjustment_need_bytes(1) + need());
+    adjustment adjustment;
+    adjust_report report;
+    REQUIRE(adjustment_begin(rig.get(), &at.picture.axes, 1, &memory.pool, &adjustment) ==
+            ERROR_OK);
+    REQUIRE(adjust_pair(&at.picture, &memory.pool, &adjustment, &report) == ERROR_OK);
+    CHECK(report.health != ADJUST_CALIBRATE);
+    report.rows_px = 0.9;
+    for (const int skip : {1, 2}) {
+        CAPTURE(skip);
+        at.picture.window[0].skip = at.picture.window[1].skip = skip;
+        adjust_pair_assess(&at.picture, &adjustment, &report);
+        CHECK((report.health == ADJUST_CALIBRATE) == (skip == 1));
+    }
+}
+
 // What is out of focus or has faint grain shows its corners only at a smaller scale.
 TEST_CASE("a pair with smooth texture is refined from smaller pictures") {
     const auto rig = zoom_rig::calibration();
