@@ -371,8 +371,9 @@ static const struct command commands[] = {
      .help =
          "The size of the frames is shown, and where the windows begin. Sensors behind a bridge "
          "have 2048 x 1536 px, and accept multiples of 2 * skip at any even column and row; both "
-         "windows have the same size, so that of one side can only be moved. Other cameras "
-         "accept the sizes that they support, without skip, column, row and side.",
+         "windows have the same size, so that of one side can only be moved. Texture finer "
+         "than skip aliases, and matches worse. Other cameras accept the sizes that they support, "
+         "without skip, column, row and side.",
      .arguments = window_arguments,
      .argument_count = COUNT(window_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES | COMMAND_GROUP_LOOK,

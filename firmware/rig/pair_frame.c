@@ -76,9 +76,16 @@ int pair_check_change(struct rig *rig, unsigned side, uint32_t change_permille) 
     if (change_permille <= CHANGE_LIMIT_PERMILLE) {
         return ERROR_OK;
     }
-    const int32_t number = (int32_t)change_permille;
+    const int32_t half_us = (int32_t)rig_mains_half_us(&rig->profile);
+    const int32_t numbers[] = {(int32_t)change_permille, half_us};
+    const bool flickers =
+        half_us > 0 && rig->camera[side].exposure_us < (uint32_t)half_us * 15 / 16;
     return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_MOVED,
-                          "# of 1000 parts of its picture changed during the pair (keep scene and "
-                          "light constant, then capture again)",
-                          &number);
+                          flickers
+                              ? "# of 1000 parts of its picture changed: lamps flicker in "
+                                "exposures below # us: close the iris; else keep scene and light "
+                                "constant"
+                              : "# of 1000 parts of its picture changed during the pair (keep "
+                                "scene and light constant, then capture again)",
+                          numbers);
 }

@@ -246,7 +246,13 @@ TEST_CASE("a scene that moves meanwhile is found when it is looked for") {
     CHECK(pair.checked);
     CHECK(pair.change_permille > 20);
     CHECK(bench.rig.last_error.part == RIG_PART_LEFT_CAMERA);
+    CHECK(std::string(bench.rig.last_error.text).find("flicker") == std::string::npos);
     CHECK(bench.capture(pair, true) == ERROR_OK);
+    // An exposure below half a period of the mains may see nothing but its lamps flicker.
+    bench.rig.camera[RIG_LEFT].exposure_us = 6500;
+    CHECK(pair_check_change(&bench.rig, RIG_LEFT, 3) == ERROR_MOVED);
+    const std::string text = bench.rig.last_error.text;
+    CHECK_MESSAGE(text.find("flicker in exposures below 10000 us") != std::string::npos, text);
 }
 
 TEST_CASE("frames too far apart are rejected") {
