@@ -287,6 +287,7 @@ static int follow_exposure(const struct command_call *call, unsigned side, doubl
 const char *commands_iris_text(enum depth_iris_limit limit) {
     static const char *const texts[] = {
         [DEPTH_IRIS_NEEDED] = "the range is sharp",
+        [DEPTH_IRIS_STEADY] = "the range is sharp; wider open, lamps would flicker",
         [DEPTH_IRIS_OPEN] = "the range is sharp with the iris open",
         [DEPTH_IRIS_DIFFRACTION] =
             "not all can be sharp: closed further, diffraction would blur it more",

@@ -8,6 +8,7 @@ struct depth_iris depth_iris_for(const struct lens_state *lens, double near_mm, 
                                  double blur_mm, const struct depth_iris_limits *limits) {
     INVARIANT(limits->open > 0 && limits->open <= limits->closed);
     const double needed = lens_f_number_for_blur(lens, near_mm, far_mm, blur_mm);
+    const double open = math_min(limits->closed, math_max(limits->open, limits->steady));
     const struct {
         double f_number;
         enum depth_iris_limit limit;
@@ -23,9 +24,13 @@ struct depth_iris depth_iris_for(const struct lens_state *lens, double near_mm, 
             found.limit = bounds[i].limit;
         }
     }
-    if (found.f_number < limits->open) {
-        found.f_number = limits->open;
-        found.limit = needed <= limits->open ? DEPTH_IRIS_OPEN : found.limit;
+    if (found.f_number < open) {
+        found.f_number = open;
+        if (open > limits->open) {
+            found.limit = DEPTH_IRIS_STEADY;
+        } else if (needed <= open) {
+            found.limit = DEPTH_IRIS_OPEN;
+        }
     }
     struct lens_state state = *lens;
     state.f_number = found.f_number;

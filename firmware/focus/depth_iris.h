@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The iris for a range of depths: as far closed as it needs, and no further than diffraction, the
-/// iris itself or the light allow.
+/// The iris for a range of depths: as far closed as it and lamps on the mains need, and no further
+/// than diffraction, the iris itself or the light allow.
 #ifndef VERGENCE_FOCUS_DEPTH_IRIS_H
 #define VERGENCE_FOCUS_DEPTH_IRIS_H
 
@@ -12,6 +12,7 @@ extern "C" {
 
 enum depth_iris_limit {
     DEPTH_IRIS_NEEDED,       ///< closed as far as needed
+    DEPTH_IRIS_STEADY,       ///< closed further than needed, so that lamps do not flicker
     DEPTH_IRIS_OPEN,         ///< sharp with the iris open
     DEPTH_IRIS_DIFFRACTION,  ///< further closed, diffraction would blur as much as the worse end
     DEPTH_IRIS_CLOSED,       ///< closes no further
@@ -21,7 +22,8 @@ enum depth_iris_limit {
 /// f-numbers; 0 < open <= closed.
 struct depth_iris_limits {
     double open, closed;
-    double dark;  ///< from which on it is too dark; INFINITY: not known
+    double dark;    ///< from which on it is too dark; INFINITY: not known
+    double steady;  ///< from which on exposures are so long that lamps do not flicker; 0: any
 };
 
 struct depth_iris {

@@ -131,7 +131,7 @@ void measure_refresh(struct measure *self, const struct measure_instrument *inst
 }
 
 static bool is_result_pair(enum measure_phase phase) {
-    return phase == MEASURE_PAIR || phase == MEASURE_MERGED || phase == MEASURE_OTHER_PAIR;
+    return phase == MEASURE_PAIR || phase == MEASURE_MERGED;
 }
 
 // The instrument stopped: a pair that was taken needs it no longer.

@@ -10,11 +10,11 @@
 ///     ... measure.result ...
 ///
 /// The order: wide view; light, focus; a coarse surface, which gives the distance and the depth of
-/// the subject; aim; the wide pair again, from which on pan rests; zoom; iris for the depth; focus;
-/// light; a pair, merged from several exposures where parts are dark; a pair at another zoom if the
-/// wide one is at the same; the surface, its cameras adjusted by both pairs. A step that the
-/// instrument or the request does not need is left out. After a step that failed the measurement
-/// continues with less where that is honest, and `result.losses` has what it lost.
+/// the subject; aim; the wide pair again, from which on pan rests; a pair at a longer zoom if that
+/// helps more than the wide one; zoom; iris for the depth; focus; light; a pair, merged from
+/// several exposures where parts are dark; the surface, its cameras adjusted by both pairs. A step
+/// that the instrument or the request does not need is left out. After a step that failed the
+/// measurement continues with less where that is honest, and `result.losses` has what it lost.
 ///
 /// Lengths are mm, pixels are those of the whole sensor, points are in the instrument's frame
 /// (stereo/zoom/zoom_calibration.h).

@@ -393,9 +393,8 @@ static bool refocus(struct measure *self, const struct measure_event *event) {
         return false;
     }
     const bool stated = self->request.near_mm > 0 && self->request.far_mm > 0;
-    const bool moved_on = self->other_pair > self->result.pair;  // the other zoom came after it
-    if (self->request.quick || self->refocused || stated || moved_on || event->lost ||
-        !self->subject_known || !shows_surface(event)) {
+    if (self->request.quick || self->refocused || stated || event->lost || !self->subject_known ||
+        !shows_surface(event)) {
         measure_lose(self, MEASURE_LOSS_NOT_SHARP);
         return false;
     }
@@ -452,6 +451,10 @@ enum measure_outcome measure_take(struct measure *self, const struct measure_eve
         [MEASURE_AIM] = take_aim,
         [MEASURE_AIMED_PAIR] = take_aimed_pair,
         [MEASURE_AIMED_SURFACE] = take_aimed_surface,
+        [MEASURE_OTHER_ZOOM] = take_other,
+        [MEASURE_OTHER_FOCUS] = take_any,
+        [MEASURE_OTHER_LIGHT] = take_any,
+        [MEASURE_OTHER_PAIR] = take_other_pair,
         [MEASURE_ZOOM] = take_zoom,
         [MEASURE_IRIS] = take_iris,
         [MEASURE_FOCUS] = take_focus,
@@ -459,10 +462,6 @@ enum measure_outcome measure_take(struct measure *self, const struct measure_eve
         [MEASURE_LIGHT] = take_light,
         [MEASURE_PAIR] = take_pair,
         [MEASURE_MERGED] = take_merged,
-        [MEASURE_OTHER_ZOOM] = take_other,
-        [MEASURE_OTHER_FOCUS] = take_any,
-        [MEASURE_OTHER_LIGHT] = take_any,
-        [MEASURE_OTHER_PAIR] = take_other_pair,
         [MEASURE_SURFACE] = take_surface,
     };
     INVARIANT((unsigned)self->phase < MEASURE_PHASES && takes[self->phase] != NULL);

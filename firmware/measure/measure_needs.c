@@ -7,6 +7,7 @@
 #include "core/math.h"
 #include "measure/measure_steps.h"
 #include "measure/measure_tuning.h"
+#include "measure/zoom_expect.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/zoom/zoom_aim.h"
 
@@ -166,12 +167,31 @@ bool measure_has_other(const struct measure *self) {
            (f_px >= MEASURE_RATIO_MIN * other_px || other_px >= MEASURE_RATIO_MIN * f_px);
 }
 
-// Before the pair is taken, as expected.
+// The focal length that the pair will have; 0: not known.
+static double expected_focal_px(const struct measure *self) {
+    struct zoom_state state;
+    bool nearest;
+    return measure_state_for(self, &state, &nearest)
+               ? zoom_function_value(&measure_model(self)->camera[0], ZOOM_FOCAL,
+                                     state.side[0].zoom_counts)
+               : 0;
+}
+
+double measure_other_factor(const struct measure *self) {
+    return zoom_expect_other_factor(measure_model(self), expected_focal_px(self));
+}
+
+// The wide pair is the other one unless it failed, or a longer one helps more. A subject that it
+// did not show cannot be focused on at a longer zoom.
 static bool needs_other(const struct measure *self) {
-    const bool has = self->result.pair != 0 ? measure_has_other(self)
-                                            : self->request.wish != MEASURE_WISH_ZOOM ||
-                                                  self->request.value >= MEASURE_RATIO_MIN;
-    return measure_may_zoom(self) && !self->request.quick && !has && !self->other_missed;
+    if (self->request.quick || !measure_may_zoom(self) || self->other_missed) {
+        return false;
+    }
+    if (!self->subject_known) {
+        return self->phase < MEASURE_OTHER_ZOOM && self->request.wish == MEASURE_WISH_ZOOM &&
+               self->request.value < MEASURE_LONGER_BELOW;
+    }
+    return self->other_pair == 0 || measure_other_factor(self) > 1;
 }
 
 // Servos that were not set since the bring-up are anywhere.
@@ -259,6 +279,10 @@ bool measure_needs(const struct measure *self, enum measure_phase phase) {
         [MEASURE_AIM] = needs_aim,
         [MEASURE_AIMED_PAIR] = needs_aimed_pair,
         [MEASURE_AIMED_SURFACE] = needs_aimed_surface,
+        [MEASURE_OTHER_ZOOM] = needs_other,
+        [MEASURE_OTHER_FOCUS] = needs_other_focus,
+        [MEASURE_OTHER_LIGHT] = needs_other_light,
+        [MEASURE_OTHER_PAIR] = needs_other,
         [MEASURE_ZOOM] = measure_may_zoom,
         [MEASURE_IRIS] = needs_iris,
         [MEASURE_FOCUS] = needs_focus,
@@ -266,10 +290,6 @@ bool measure_needs(const struct measure *self, enum measure_phase phase) {
         [MEASURE_LIGHT] = needs_light,
         [MEASURE_PAIR] = needs_pair,
         [MEASURE_MERGED] = needs_merged,
-        [MEASURE_OTHER_ZOOM] = needs_other,
-        [MEASURE_OTHER_FOCUS] = needs_other_focus,
-        [MEASURE_OTHER_LIGHT] = needs_other_light,
-        [MEASURE_OTHER_PAIR] = needs_other,
     };
     INVARIANT((unsigned)phase < MEASURE_PHASES);
     return needs[phase] == NULL || needs[phase](self);

@@ -69,6 +69,19 @@ static double f_number_for_light(const struct measure *self) {
                : (double)INFINITY;
 }
 
+// The f-number from which on exposures are so long that lamps on the mains do not flicker, as far
+// as diffraction does not show; 0: any.
+static double f_number_for_steady_light(const struct measure *self) {
+    const double product = self->light_exposure_us * self->light_gain;
+    const double reached = math_min(1, self->light_reached);
+    if (!(product > 0 && reached > 0 && self->light_f_number > 0)) {
+        return 0;
+    }
+    const double steady =
+        self->light_f_number * sqrt(self->instrument.steady_us * reached / product);
+    return math_min(MEASURE_WIDE_F_NUMBER, MEASURE_STEADY_MARGIN * steady);
+}
+
 bool measure_prepare_iris(struct measure *self, struct measure_step *step) {
     const struct measure_instrument *parts = &self->instrument;
     struct lens_state lens;
@@ -78,9 +91,11 @@ bool measure_prepare_iris(struct measure *self, struct measure_step *step) {
         return false;
     }
     const struct depth_iris_limits limits = {parts->f_number_open, parts->f_number_closed,
-                                             f_number_for_light(self)};
+                                             f_number_for_light(self),
+                                             f_number_for_steady_light(self)};
     static const enum measure_why whys[] = {
         [DEPTH_IRIS_NEEDED] = MEASURE_WHY_IRIS_NEEDED,
+        [DEPTH_IRIS_STEADY] = MEASURE_WHY_IRIS_STEADY,
         [DEPTH_IRIS_OPEN] = MEASURE_WHY_IRIS_OPEN,
         [DEPTH_IRIS_DIFFRACTION] = MEASURE_WHY_IRIS_DIFFRACTION,
         [DEPTH_IRIS_CLOSED] = MEASURE_WHY_IRIS_CLOSED,

@@ -122,15 +122,16 @@ static bool prepare_focus(struct measure *self, struct measure_step *step) {
 }
 
 static bool prepare_pair(struct measure *self, struct measure_step *step) {
+    const bool other = self->phase == MEASURE_OTHER_PAIR;
     step->kind = MEASURE_STEP_PAIR;
     place(self, step);
     measure_explain(step,
                     self->tries > 0                     ? MEASURE_WHY_AGAIN
                     : self->phase == MEASURE_WIDE_PAIR  ? MEASURE_WHY_DISTANCE
                     : self->phase == MEASURE_AIMED_PAIR ? MEASURE_WHY_PAN_RESTS
-                    : self->phase == MEASURE_OTHER_PAIR ? MEASURE_WHY_OTHER_ZOOM
+                    : other                             ? MEASURE_WHY_OTHER_ZOOM
                                                         : MEASURE_WHY_TAKE,
-                    MEASURE_OTHER_FACTOR, 0, 0, 0);
+                    other ? measure_other_factor(self) : 0, 0, 0, 0);
     return true;
 }
 
@@ -217,9 +218,7 @@ static bool prepare_merged(struct measure *self, struct measure_step *step) {
 }
 
 static bool prepare_other_zoom(struct measure *self, struct measure_step *step) {
-    const double wide_px = zoom_function_value(&measure_model(self)->camera[0], ZOOM_FOCAL,
-                                               measure_model(self)->camera[0].zoom.min);
-    const double factor = self->pair_f_px < MEASURE_RATIO_MIN * wide_px ? MEASURE_OTHER_FACTOR : 1;
+    const double factor = measure_other_factor(self);
     measure_explain(step, MEASURE_WHY_OTHER_ZOOM, factor, 0, 0, 0);
     return go_to_factor(self, factor, step);
 }
@@ -292,6 +291,10 @@ bool measure_prepare(struct measure *self, enum measure_phase phase, struct meas
         [MEASURE_AIM] = prepare_aim,
         [MEASURE_AIMED_PAIR] = prepare_pair,
         [MEASURE_AIMED_SURFACE] = prepare_look,
+        [MEASURE_OTHER_ZOOM] = prepare_other_zoom,
+        [MEASURE_OTHER_FOCUS] = prepare_other_focus,
+        [MEASURE_OTHER_LIGHT] = prepare_light,
+        [MEASURE_OTHER_PAIR] = prepare_pair,
         [MEASURE_ZOOM] = prepare_zoom,
         [MEASURE_IRIS] = measure_prepare_iris,
         [MEASURE_FOCUS] = prepare_focus,
@@ -299,10 +302,6 @@ bool measure_prepare(struct measure *self, enum measure_phase phase, struct meas
         [MEASURE_LIGHT] = prepare_light,
         [MEASURE_PAIR] = prepare_pair,
         [MEASURE_MERGED] = prepare_merged,
-        [MEASURE_OTHER_ZOOM] = prepare_other_zoom,
-        [MEASURE_OTHER_FOCUS] = prepare_other_focus,
-        [MEASURE_OTHER_LIGHT] = prepare_light,
-        [MEASURE_OTHER_PAIR] = prepare_pair,
         [MEASURE_SURFACE] = prepare_surface,
     };
     INVARIANT((unsigned)phase < MEASURE_PHASES && prepare[phase] != NULL);

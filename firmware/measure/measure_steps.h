@@ -46,6 +46,8 @@ bool measure_state_for(const struct measure *self, struct zoom_state *state, boo
 /// known.
 double measure_centred(const struct measure *self);
 
+/// The zoom that helps the pair most, times the smallest.
+double measure_other_factor(const struct measure *self);
 /// Whether a pair was taken with the same pan, at another zoom than the pair.
 bool measure_has_other(const struct measure *self);
 

@@ -29,6 +29,10 @@ enum { MEASURE_FOCUS_TRIES = 2 };
 /// Least depth to be sharp behind the subject's middle, part of its own dioptres.
 #define MEASURE_BEHIND_MIN 0.02
 
+/// f-number, relative to the least that makes exposures long enough for steady light. Larger: less
+/// light; smaller: an error of the f-numbers makes lamps flicker.
+#define MEASURE_STEADY_MARGIN 1.05
+
 /// Error of a disparity on texture, px, as the figures of the simulated rig have it: 0.07 (1x) to
 /// 0.09 (3x).
 #define MEASURE_DISPARITY_PX 0.1
@@ -56,8 +60,12 @@ enum { MEASURE_BRACKET_FRAMES = 4, MEASURE_AVERAGE_FRAMES = 8 };
 
 /// Least ratio of the focal lengths of two pairs that help each other: that of wide_pair.c.
 #define MEASURE_RATIO_MIN 1.3
-/// Focal length of the pair at another zoom, times the smallest.
-#define MEASURE_OTHER_FACTOR 3.0
+/// A pair of less than so many times the smallest focal length is helped by a longer one,
+/// MEASURE_LONGER_FACTOR times the smallest; any other by the widest. Longer: less in common, and
+/// easily out of focus. Expected of fit=1000, 600, 500 and 360 mm at 1.8 m (1.4x, 2.3x, 2.8x,
+/// 3.8x): 8.7, 4.3, 3.9, 2.9 mm with the widest, 2.4, 3.0, 3.4, 4.6 mm with 5x.
+#define MEASURE_LONGER_BELOW 2.5
+#define MEASURE_LONGER_FACTOR 5.0
 
 /// Points that the pictures of a pair usually have in common and the standard deviation of one
 /// coordinate, px; of those of the narrower of two pairs, the part that the wider one shows too,

@@ -26,6 +26,10 @@ extern "C" {
     X(AIM, 2, "aim")                             \
     X(AIMED_PAIR, 3, "wide pair after the aim")  \
     X(AIMED_SURFACE, 1, "coarse surface")        \
+    X(OTHER_ZOOM, 4, "other zoom")               \
+    X(OTHER_FOCUS, 2, "focus at the other zoom") \
+    X(OTHER_LIGHT, 3, "light at the other zoom") \
+    X(OTHER_PAIR, 3, "pair at the other zoom")   \
     X(ZOOM, 4, "zoom")                           \
     X(FOCUS, 15, "focus")                        \
     X(IRIS, 2, "iris")                           \
@@ -33,10 +37,6 @@ extern "C" {
     X(LIGHT, 6, "light")                         \
     X(PAIR, 4, "pair")                           \
     X(MERGED, 4, "merged pair")                  \
-    X(OTHER_ZOOM, 4, "other zoom")               \
-    X(OTHER_FOCUS, 2, "focus at the other zoom") \
-    X(OTHER_LIGHT, 3, "light at the other zoom") \
-    X(OTHER_PAIR, 3, "pair at the other zoom")   \
     X(SURFACE, 10, "surface")
 
 enum measure_phase {
@@ -67,6 +67,7 @@ enum measure_phase {
     X(ZOOM_NEAREST, "the wish is out of reach; nearest to it both see # mm at # mm: # px/mm^2")   \
     X(ZOOM_FACTOR, "#x as requested: both see # mm, # px/mm^2")                                   \
     X(IRIS_NEEDED, "f/#: sharp from # to # mm")                                                   \
+    X(IRIS_STEADY, "f/#: wider open, lamps would flicker; sharp from # to # mm")                  \
     X(IRIS_OPEN, "f/# is fully open: sharp from # to # mm")                                       \
     X(IRIS_DIFFRACTION, "f/#: closed further, diffraction would blur more; sharp from # to # mm") \
     X(IRIS_CLOSED, "f/# is as far as it closes: sharp from # to # mm only")                       \
@@ -151,6 +152,7 @@ struct measure_instrument {
     const struct zoom_calibration *calibration;  ///< of all zooms; NULL: none
     double f_number_open, f_number_closed;       ///< 0: not known
     double exposure_max_us, gain_max;            ///< that pairs allow
+    double steady_us;  ///< exposure times gain below which lamps flicker; 0: constant light
 };
 
 // ---- steps
@@ -278,7 +280,7 @@ struct measure {
     double dark_part;
     struct zoom_state pair_axes;   ///< of the pair to measure
     double pair_f_px, other_f_px;  ///< focal lengths of the pairs, left; 0: none
-    uint32_t other_pair;           ///< the wide pair since pan rests, or one after it; 0: none
+    uint32_t other_pair;           ///< the wide pair since pan rests, or a longer one; 0: none
     unsigned tries;                ///< of this phase, after the first one
     unsigned aims;
     bool wide_searched;  ///< the wide view showed no surface, and its focus was searched

@@ -271,21 +271,20 @@ int zoom_expect_at(const struct zoom_calibration *calibration, const struct zoom
     return error;
 }
 
+double zoom_expect_other_factor(const struct zoom_calibration *calibration, double f_px) {
+    const struct zoom_camera *left = &calibration->camera[0];
+    const double smallest_px = zoom_function_value(left, ZOOM_FOCAL, left->zoom.min);
+    return f_px < MEASURE_LONGER_BELOW * smallest_px ? MEASURE_LONGER_FACTOR : 1;
+}
+
 void zoom_expect_complete(const struct zoom_calibration *calibration,
                           struct zoom_expect_request *request, struct zoom_state *other) {
-    const struct zoom_wish widest = {ZOOM_WISH_FACTOR, 1};
-    const struct zoom_wish longer = {ZOOM_WISH_FACTOR, MEASURE_OTHER_FACTOR};
-    const struct zoom_camera *left = &calibration->camera[0];
+    const double f_px = zoom_function_value(&calibration->camera[0], ZOOM_FOCAL,
+                                            request->state.side[0].zoom_counts);
+    const struct zoom_wish wish = {ZOOM_WISH_FACTOR, zoom_expect_other_factor(calibration, f_px)};
     struct zoom_range reach;
     *other = request->state;
-    int error = zoom_for_wish(calibration, NULL, &widest, request->point_mm, other, &reach);
-    const double present =
-        zoom_function_value(left, ZOOM_FOCAL, request->state.side[0].zoom_counts);
-    if (error == ERROR_OK &&
-        present <
-            MEASURE_RATIO_MIN * zoom_function_value(left, ZOOM_FOCAL, other->side[0].zoom_counts)) {
-        error = zoom_for_wish(calibration, NULL, &longer, request->point_mm, other, &reach);
-    }
+    const int error = zoom_for_wish(calibration, NULL, &wish, request->point_mm, other, &reach);
     request->other = error == ERROR_OK ? other : NULL;
     request->columns = MEASURE_BOARD_COLUMNS;
     request->rows = MEASURE_BOARD_ROWS;

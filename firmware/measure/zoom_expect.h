@@ -48,9 +48,11 @@ int zoom_expect_at(const struct zoom_calibration *calibration, const struct zoom
                    struct zoom_expect *expect);
 size_t zoom_expect_need_bytes(void);
 
-/// Completes a request, whose state and point are set: the board of the demo, and as the other
-/// zoom, in `*other`, the widest, or three times that where this is nearly it already. No other
-/// zoom if the lenses do not reach it.
+/// Which zoom helps a pair at the left camera's focal length most, times its smallest.
+double zoom_expect_other_factor(const struct zoom_calibration *calibration, double f_px);
+
+/// Completes a request, whose state and point are set: the board of the demo, and in `*other` the
+/// zoom that helps most. No other zoom if the lenses do not reach it.
 void zoom_expect_complete(const struct zoom_calibration *calibration,
                           struct zoom_expect_request *request, struct zoom_state *other);
 

@@ -342,7 +342,7 @@ int rig_optics_iris_for_range(const struct rig *self, unsigned side, double near
     if (!(near_mm > 2 * state.focal_length_mm && near_mm <= far_mm)) {
         return ERROR_RANGE;
     }
-    const struct depth_iris_limits limits = {open, closed, (double)INFINITY};
+    const struct depth_iris_limits limits = {open, closed, (double)INFINITY, 0};
     const struct depth_iris exact =
         depth_iris_for(&state, near_mm, far_mm, RIG_OPTICS_SHARP_PX * pixel_mm(self), &limits);
     result.limit = exact.limit;

@@ -60,6 +60,7 @@ void measure_rig_instrument(const struct rig *rig, const struct calibration_matc
                                                       now->origin.side[RIG_RIGHT].window};
         instrument->exposure_max_us = limits.max_us;
         instrument->gain_max = limits.gain_max_q3 / 8.0;
+        instrument->steady_us = limits.mains_half_us * (limits.gain_min_q3 / 8.0);
         instrument->frames =
             zoom_frames_of(windows, now->width_px[RIG_LEFT], now->height_px[RIG_LEFT]);
     }

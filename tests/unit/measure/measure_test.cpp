@@ -169,15 +169,27 @@ TEST_CASE("the pair that is out of focus is measured where no other can be taken
     }
 }
 
-TEST_CASE("at 1x the second zoom is a longer one, after the pair") {
-    World world(2);
-    const measure_result result = run(world, wish(MEASURE_WISH_ZOOM, 1), whole_rig());
-    CHECK(result.error == ERROR_OK);
-    CHECK(result.with_pair > result.pair);
-    const double ratio = world.camera(0).fx / zoom_rig::camera_at(0, 300, 300, 0, true).fx;
-    CHECK(ratio == doctest::Approx(3).epsilon(0.1));
-    CHECK(world.last(MEASURE_SURFACE).pair == result.pair);
-    CHECK(world.last(MEASURE_SURFACE).scale == 0.5);
+TEST_CASE("a wide pair is helped by a longer zoom, a long one by the widest view") {
+    for (const double factor : {1.0, 2.2, 2.8}) {
+        World world(2);
+        const measure_result result = run(world, wish(MEASURE_WISH_ZOOM, factor), whole_rig());
+        const bool longer = factor < 2.5;
+        INFO(factor);
+        CHECK(result.error == ERROR_OK);
+        CHECK(result.with_pair < result.pair);
+        CHECK(result.with_pair == (longer ? 2 : 1));
+        REQUIRE(world.has(MEASURE_OTHER_ZOOM) == longer);
+        const double widest_px = zoom_rig::camera_at(0, 300, 300, 0, true).fx;
+        // It ends where it was wished.
+        CHECK(world.camera(0).fx / widest_px == doctest::Approx(factor).epsilon(0.1));
+        if (longer) {
+            const int counts = int(world.last(MEASURE_OTHER_ZOOM).axes.side[0].zoom_counts);
+            CHECK(zoom_rig::camera_at(0, counts, 300, 0, true).fx / widest_px ==
+                  doctest::Approx(5).epsilon(0.1));
+        }
+        CHECK(world.last(MEASURE_SURFACE).pair == result.pair);
+        CHECK(world.last(MEASURE_SURFACE).scale == 0.5);
+    }
 }
 
 TEST_CASE("two cameras do what they have") {
@@ -211,7 +223,7 @@ TEST_CASE("the iris makes the subject's depth sharp, or says what keeps it from 
         const double depth = std::pow(uniform(random, 0, 1), 3);
         world.near_mm = world.subject_mm[2] * (1 - 0.3 * depth);
         world.far_mm = world.subject_mm[2] * (1 + 0.4 * depth);
-        world.light = std::exp(uniform(random, -2, 5));
+        world.light = std::exp(uniform(random, -2, 6));
         const measure_result result =
             run(world, wish(MEASURE_WISH_ZOOM, uniform(random, 1, 10)), whole_rig());
         REQUIRE(result.error == ERROR_OK);
@@ -238,9 +250,15 @@ TEST_CASE("the iris makes the subject's depth sharp, or says what keeps it from 
         CHECK((why != MEASURE_WHY_IRIS_NEEDED || blur_px == doctest::Approx(1).epsilon(0.1)));
         CHECK((why != MEASURE_WHY_IRIS_CLOSED || step.f_number == 16));
         CHECK((why != MEASURE_WHY_IRIS_OPEN || step.f_number == 1.6));
+        // The exposure that the light needs at this f-number, above half a period of the mains.
+        const double exposure_us = 2e6 * step.f_number * step.f_number / 16 / world.light;
+        CHECK((why != MEASURE_WHY_IRIS_STEADY || step.f_number == 4 ||
+               exposure_us == doctest::Approx(1.1e4).epsilon(0.02)));
+        CHECK((step.f_number >= 4 || exposure_us > 1e4));
     }
     CHECK(seen[MEASURE_WHY_IRIS_NEEDED] > 5);
     CHECK(seen[MEASURE_WHY_IRIS_OPEN] > 5);
+    CHECK(seen[MEASURE_WHY_IRIS_STEADY] > 5);
     CHECK(seen[MEASURE_WHY_IRIS_DIFFRACTION] > 5);
     CHECK(seen[MEASURE_WHY_IRIS_LIGHT] > 5);
 }

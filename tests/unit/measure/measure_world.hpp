@@ -180,6 +180,7 @@ inline measure_instrument whole_rig() {
     rig.f_number_closed = 16;
     rig.exposure_max_us = 1e6;
     rig.gain_max = 2;
+    rig.steady_us = 1e4;
     return rig;
 }
 

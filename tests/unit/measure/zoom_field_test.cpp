@@ -270,7 +270,7 @@ TEST_CASE("what is out of reach is named, and nothing changes") {
 
 TEST_CASE("a forecast has the iris of the depths and the errors of the rig") {
     const auto calibration = zoom_rig::calibration();
-    const depth_iris_limits limits = {1.6, 16, INFINITY}, dark = {1.6, 16, 2};
+    const depth_iris_limits limits = {1.6, 16, INFINITY, 0}, dark = {1.6, 16, 2, 0};
     double point_mm[3];
     zoom_point_ahead(calibration.get(), 1800, 0, point_mm);
     zoom_forecast forecast{};
