@@ -20,7 +20,7 @@ enum {
     SILENT_TRIES = 3,   ///< attempts in a row without any data, after which the peer is gone
     SILENCE_MS = 3000,  ///< keepalives are more frequent
     CRC_DIGITS = 8,
-    GARBAGE_BYTES = 4 * REMOTE_LINE_BYTES
+    GARBAGE_BYTES = 4 * REMOTE_LINE_BYTES  ///< no valid answer is that long
 };
 
 static const char json_mark[] = ", \"crc\": \"";
@@ -98,7 +98,16 @@ static void record_damage(struct answer *self) {
     self->length = 0;
 }
 
-static void keep_answer(struct remote *self, void *cookie, const char *text);
+/// Keeps the answer itself, which is the last line; of progress, what it waits for.
+static void keep_answer(struct remote *self, void *cookie, const char *text) {
+    char what[REMOTE_STEP_BYTES];
+    (void)cookie;
+    cJSON_Delete(self->answer);
+    self->answer = json_parse(text);
+    if (json_member_text(self->answer, "what", what, sizeof what)) {
+        remote_keep_step(self, what);
+    }
+}
 
 /// Erases the progress of this command; that of a transfer stays.
 static void erase_progress(const struct answer *self) {
@@ -189,8 +198,7 @@ static enum outcome receive_text(struct answer *self, char *line) {
 /// Processes a line of a JSON answer.
 static enum outcome receive_json(struct answer *self, char *line) {
     const bool serial = self->remote->line.serial;
-    const bool whole = !serial || take_json_crc(line);
-    struct cJSON *all = whole ? json_parse(line) : NULL;
+    struct cJSON *all = !serial || take_json_crc(line) ? json_parse(line) : NULL;
     char event[32] = "";
     const bool valid = all != NULL;
     const bool ok = json_member_true(all, "ok");
@@ -210,6 +218,14 @@ static enum outcome receive_json(struct answer *self, char *line) {
     return event[0] != '\0' ? GOES_ON : ok ? ANSWERED_OK : ANSWERED_ERR;
 }
 
+/// Skips a late "OK" to "@framed", and its echo. That of an answer has a CRC.
+static bool skip_greeting(struct answer *self, const char *text) {
+    const bool late = self->remote->line.serial && strcmp(text, "OK") == 0;
+    self->length = late ? 0 : self->length;
+    self->damaged = self->damaged && !late;
+    return late;
+}
+
 /// Receives a line of the answer.
 static enum outcome receive_line(struct answer *self) {
     const bool serial = self->remote->line.serial;
@@ -220,6 +236,9 @@ static enum outcome receive_line(struct answer *self) {
     const int error = remote_receive(self->remote, limit_ms, &text);
     if (error != ERROR_OK) {
         return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
+    }
+    if (skip_greeting(self, text)) {
+        return GOES_ON;
     }
     const int part = remote_receive_part(self->remote, self->cookie, text);
     if (part != 0) {
@@ -239,7 +258,6 @@ static enum outcome receive(struct answer *self) {
     self->damaged = false;
     while (outcome == GOES_ON) {
         outcome = receive_line(self);
-        // No valid answer is that long.
         if (line->serial && outcome == GOES_ON && line->rx_bytes - from > GARBAGE_BYTES) {
             return UNANSWERED;
         }
@@ -319,12 +337,11 @@ static int conclude(const struct answer *self, enum outcome outcome, bool perhap
         case INVALID:
             return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
         default:
-            break;
+            return self->remote->interrupted
+                       ? message_set(message, ERROR_CANCELLED, "interrupted%s", doubt)
+                       : message_set(message, ERROR_TIMEOUT,
+                                     "no undamaged answer arrives over the line%s", doubt);
     }
-    return self->remote->interrupted
-               ? message_set(message, ERROR_CANCELLED, "interrupted%s", doubt)
-               : message_set(message, ERROR_TIMEOUT, "no undamaged answer arrives over the line%s",
-                             doubt);
 }
 
 static int ask(struct answer *self, const char *command, bool may_repeat, struct message *message) {
@@ -363,30 +380,15 @@ int remote_ask(struct remote *self, const char *command, remote_show *show, void
     return ask(&answer, command, only_reads(command), message);
 }
 
-/// Keeps the answer itself, which is the last line; of progress, what it waits for.
-static void keep_answer(struct remote *self, void *cookie, const char *text) {
-    char what[REMOTE_STEP_BYTES];
-    (void)cookie;
-    cJSON_Delete(self->answer);
-    self->answer = json_parse(text);
-    if (json_member_text(self->answer, "what", what, sizeof what)) {
-        remote_keep_step(self, what);
-    }
-}
-
 int remote_call(struct remote *self, const char *command, const struct cJSON **result,
                 struct message *message) {
     struct answer answer = {.remote = self, .json = true, .show = keep_answer};
-    char name[32] = "";
-    char text[512] = "";
+    char name[32] = "", text[512] = "";
     self->refused = false;
     const int asked = ask(&answer, command, true, message);
-    if (asked < 0) {
-        return asked;
-    }
     *result = cJSON_GetObjectItemCaseSensitive(self->answer, "result");
-    if (asked == 0) {
-        return 0;
+    if (asked <= 0) {
+        return asked;
     }
     json_member_text(self->answer, "error", name, sizeof name);
     json_member_text(self->answer, "message", text, sizeof text);

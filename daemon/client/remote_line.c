@@ -150,26 +150,27 @@ static int open_serial(const char *endpoint, struct message *message) {
     return serial_device_open(device, baud, message);
 }
 
+static bool await_ok(struct remote_line *self) {
+    const uint64_t end_us = monotonic_now_us() + HELLO_MS * MONOTONIC_US_IN_MS;
+    bool ok = false, extra = false;
+    char *text = NULL;
+    while (!ok && monotonic_now_us() < end_us &&
+           remote_line_receive(self, HELLO_MS, -1, &extra, &text) == 0) {
+        ok = strcmp(text, "OK") == 0;
+    }
+    return ok;
+}
+
 /// Ctrl-C discards anything typed there before; then the console is switched to program mode.
 static bool greet(struct remote_line *self) {
-    static const char hello[] = "\003\r@framed\r";
-    for (int i = 0; i < HELLO_TRIES && remote_line_left_ms(self) > HELLO_MS; i++) {
-        char *text = NULL;
-        bool extra = false;
+    for (int i = 0; i < HELLO_TRIES && remote_line_left_ms(self) > HELLO_MS && !self->framed; i++) {
         remote_line_quiet(self, QUIET_MS);
-        if (!remote_line_send(self, hello, sizeof hello - 1)) {
-            return false;
-        }
-        const uint64_t end_us = monotonic_now_us() + HELLO_MS * MONOTONIC_US_IN_MS;
-        while (monotonic_now_us() < end_us &&
-               remote_line_receive(self, HELLO_MS, -1, &extra, &text) == 0) {
-            if (strcmp(text, "OK") == 0) {
-                remote_line_quiet(self, QUIET_MS);
-                return true;
-            }
-        }
+        self->framed = remote_line_send(self, "\003\r@framed\r", 10) && await_ok(self);
     }
-    return false;
+    if (self->framed) {
+        remote_line_quiet(self, QUIET_MS);
+    }
+    return self->framed;
 }
 
 int remote_line_open(struct remote_line *self, const char *where, struct message *message) {
@@ -206,6 +207,7 @@ void remote_line_close(struct remote_line *self) {
     if (self->fd >= 0) {
         if (self->serial) {
             remote_line_send(self, "@terminal\r", 10);
+            (void)(self->framed && await_ok(self));  // the next user of the line finds it quiet
             tcdrain(self->fd);
             serial_device_close(self->fd);
         } else {

@@ -31,6 +31,7 @@ struct remote_line {
     bool skipping;        ///< skipping the rest of a line that was too long
     uint64_t last_rx_us;  ///< monotonic: last receipt of anything, keepalives included
     bool busy;            ///< that was FRAMING_BUSY
+    bool framed;          ///< the peer has answered "@framed"
     uint64_t rx_bytes;    ///< bytes received in total, without keepalives
 };
 

@@ -4,8 +4,10 @@ import contextlib
 import json
 import os
 import pathlib
+import pty
 import random
 import resource
+import select
 import shutil
 import signal
 import socket
@@ -13,7 +15,9 @@ import stat
 import subprocess
 import threading
 import time
+import tty
 import unittest
+import zlib
 
 import numpy
 
@@ -517,6 +521,31 @@ class Remote(ConsoleTest):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         with open(self.path_of("serial"), "rb") as file:
             self.assertEqual(file.read(), self.content)
+
+    def test_a_greeting_answered_late_is_no_part_of_the_answer(self):
+        """What was left of the line's last user answers for it, and its own answer comes behind the first request."""
+        board, slave = pty.openpty()
+        self.addCleanup(os.close, board)
+        self.addCleanup(os.close, slave)
+        tty.setraw(slave)
+        body = '{"result": {}, "ok": true, "error": "OK", "code": 0, "message": ""'
+        answers = {"@json": f'{body}, "crc": "{zlib.crc32(body.encode()):08X}"}}', "@": f"OK #{zlib.crc32(b'OK #'):08X}"}
+
+        def serve(answer):
+            heard = b""
+            for ending, reply in ((b"@framed\r", "OK\r\n"), (b" pan 3\n", f"\rvergence> @framed\r\nOK\r\n{answer}\r\n"),
+                                  (b"@terminal\r", "OK\r\n\rvergence> ")):
+                while not heard.endswith(ending):
+                    heard += os.read(board, 4096)
+                os.write(board, reply.encode())
+        for words, answer in (((), answers["@"]), (("--json",), answers["@json"])):
+            thread = threading.Thread(target=serve, args=(answer,), daemon=True)
+            thread.start()
+            done = self.vergence(*words, "pan", "3", where=f"serial:{os.ttyname(slave)}")
+            self.assertEqual((done.returncode, done.stdout), (0, f"{body}}}\n" if words else "OK\n"), done.stderr)
+            thread.join(TIMEOUT_S)
+            # It has waited for the last answer, so that the next user of the line finds it quiet.
+            self.assertEqual(select.select([slave], [], [], 0)[0], [])
 
     @staticmethod
     def is_claimed(path):
