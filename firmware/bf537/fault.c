@@ -31,8 +31,6 @@ struct frame {
 
 extern uint32_t _bf537_stack_begin[] __asm__("_bf537_stack_begin");
 extern uint32_t _bf537_stack_end[] __asm__("_bf537_stack_end");
-extern uint32_t _bf537_l1_stack_begin[] __asm__("_bf537_l1_stack_begin");
-extern uint32_t _bf537_l1_stack_end[] __asm__("_bf537_l1_stack_end");
 extern uint8_t _bf537_text_begin[] __asm__("_bf537_text_begin");
 extern uint8_t _bf537_text_end[] __asm__("_bf537_text_end");
 
@@ -123,7 +121,7 @@ static void print_calls(uint32_t sp, uint32_t rets) {
     print("calls:");
     print_register("rets", rets);
     uint32_t at = sp & ~3u;
-    const bool in_part = is_within(at, _bf537_l1_stack_begin, _bf537_l1_stack_end);
+    const bool in_part = is_within(at, bf537_l1_stack_begin, bf537_l1_stack_end);
     if (!in_part && !is_within(at, _bf537_stack_begin, _bf537_stack_end)) {
         at = (uint32_t)(uintptr_t)_bf537_stack_begin;
     }
@@ -134,7 +132,7 @@ static void print_calls(uint32_t sp, uint32_t rets) {
             print_register("", value);
             printed++;
         }
-        if (at == (uint32_t)(uintptr_t)_bf537_l1_stack_end) {
+        if (at == (uint32_t)(uintptr_t)bf537_l1_stack_end) {
             at = value;
         }
     }
@@ -198,7 +196,7 @@ void invariant_failed(const char *file, int line, const char *condition) {
 
 void bf537_fault_check_stack(void) {
     for (int i = 0; i < GUARD_WORDS; i++) {
-        if (_bf537_stack_begin[i] != STACK_FILL || _bf537_l1_stack_begin[i] != STACK_FILL) {
+        if (_bf537_stack_begin[i] != STACK_FILL || bf537_l1_stack_begin[i] != STACK_FILL) {
             restart("the stack ran over its end");
         }
     }
@@ -224,7 +222,7 @@ struct bf537_stack bf537_stack(void) {
 }
 
 struct bf537_stack bf537_l1_stack(void) {
-    return measure_stack(_bf537_l1_stack_begin, _bf537_l1_stack_end);
+    return measure_stack(bf537_l1_stack_begin, bf537_l1_stack_end);
 }
 
 const char *bf537_fault_last(void) {

@@ -14,6 +14,10 @@ extern uint8_t bf537_l1_b_end[] __asm__("_bf537_l1_b_end");
 extern uint8_t bf537_scratchpad_begin[] __asm__("_bf537_scratchpad_begin");
 extern uint8_t bf537_scratchpad_end[] __asm__("_bf537_scratchpad_end");
 
+/// The stack of `parallel_call`.
+extern uint32_t bf537_l1_stack_begin[] __asm__("_bf537_l1_stack_begin");
+extern uint32_t bf537_l1_stack_end[] __asm__("_bf537_l1_stack_end");
+
 /// Code that runs in L1, and its copy in SDRAM, which loads can read.
 extern uint8_t bf537_l1_text_begin[] __asm__("_bf537_l1_text_begin");
 extern uint8_t bf537_l1_text_end[] __asm__("_bf537_l1_text_end");
