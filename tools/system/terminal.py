@@ -193,6 +193,15 @@ def is_our_link(path):
     return path.is_symlink() and os.readlink(path).startswith("/dev/pts/")
 
 
+def await_prompt(line):
+    end = time.monotonic() + BOOT_LIMIT_S
+    while not FIRST_PROMPT.search(line.recent):
+        if line in line.wait() and not line.read():
+            raise Problem("the board switched itself off")
+        if time.monotonic() > end:
+            raise Problem(f"no prompt within {BOOT_LIMIT_S} s")
+
+
 def serve(line, path, say):
     """Offers the line as a pseudo terminal, until the board is off or the user ends it."""
     master, slave = pty.openpty()
