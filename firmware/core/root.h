@@ -11,11 +11,11 @@ extern "C" {
 #endif
 
 /// 2^30 / sqrt(m), m = m_q30 / 2^30 in [1, 4); relative error below 2^-27.
-int64_t root_inverse_q30(int64_t m_q30);
+uint32_t root_inverse_q30(uint32_t m_q30);
 
 /// Brings a value in [1, 2^62) to [2^30, 2^32) by an even shift, -32 <= shift <= 30:
 /// value = result 2^-shift, cut off where shift is negative.
-int64_t root_normalise(int64_t value, int *shift);
+uint32_t root_normalise(int64_t value, int *shift);
 
 /// Square root of a value in [0, 2^62), relative error below 2^-27, then cut off.
 int64_t root_of(int64_t value);

@@ -114,7 +114,7 @@ void mesh_normal_q14(const int64_t sum[3], int16_t normal_q14[3]) {
         v[i] = zeros >= 0 ? sum[i] * ((int64_t)1 << zeros) : sum[i] >> -zeros;
     }
     int shift;
-    const int64_t m = root_normalise(v[0] * v[0] + v[1] * v[1] + v[2] * v[2], &shift);
+    const uint32_t m = root_normalise(v[0] * v[0] + v[1] * v[1] + v[2] * v[2], &shift);
     const int64_t inverse_q30 = root_inverse_q30(m);
     const int down = 31 - shift / 2;  // 1 / sqrt(m 2^-shift) = inverse 2^-45 2^(shift / 2)
     for (int i = 0; i < 3; i++) {

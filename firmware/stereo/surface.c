@@ -17,6 +17,7 @@ struct rows {
     uint32_t *first;  // index of the first vertex of each row, height + 1 values
     uint32_t *kept;   // vertices that could be triangulated, per row
     struct surface_depths depths;
+    struct triangulate_certain certain;  // disparities within these depths
 };
 
 // Two rows of vertices, with the sums of the normals of their triangles. What a walk visits is made
@@ -88,10 +89,6 @@ struct surface_depths surface_depths_of(double near_mm, double far_mm) {
     return depths;
 }
 
-static bool is_within(const struct surface_depths *depths, const struct triangulate_point *point) {
-    return point->z_um >= depths->near_um && point->z_um <= depths->far_um;
-}
-
 static uint32_t count_points(const struct image_u8 *reason, int y) {
     const uint8_t *row = image_u8_row(reason, y);
     uint32_t count = 0;
@@ -113,10 +110,14 @@ static void triangulate_row(void *context, int y) {
         if (!reason_has_point(reason[x])) {
             continue;
         }
+        if (result->points == NULL && triangulate_is_certain(&rows->certain, disparity_q8[x])) {
+            vertex++;
+            continue;
+        }
         struct triangulate_point point;
         const bool meets = triangulate_match(rows->plan, x, y, disparity_q8[x],
                                              subpixel_sigma_q8(sigma[x]), &point);
-        if (!meets || !is_within(&rows->depths, &point)) {
+        if (!meets || point.z_um < rows->depths.near_um || point.z_um > rows->depths.far_um) {
             const bool is_kept = !meets && rows->depths.keep_beyond && reason[x] == REASON_VALID;
             reason[x] = is_kept ? REASON_BEYOND : REASON_OUT_OF_RANGE;
             continue;
@@ -167,6 +168,7 @@ int surface_triangulate(const struct parallel *parallel, struct arena *arena,
     }
     const size_t mark = arena_mark(arena);
     struct rows rows = {.plan = &plan, .result = result, .depths = *depths};
+    rows.certain = triangulate_find_certain(&result->plan, &plan, depths->near_um, depths->far_um);
     rows.first = arena_take(arena, (size_t)height + 1, sizeof *rows.first);
     rows.kept = arena_take(arena, (size_t)height + 1, sizeof *rows.kept);
     if ((!recompute && (result->points == NULL || result->vertex_pixel == NULL)) ||

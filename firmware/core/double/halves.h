@@ -111,4 +111,46 @@ INLINE uint32_t product_high(uint32_t x, uint32_t y) {
 #endif
 }
 
+INLINE uint64_t product_unsigned(uint32_t x, uint32_t y) {
+#ifdef __bfin__
+    return join(product_high(x, y), x * y);
+#else
+    return (uint64_t)x * y;
+#endif
+}
+
+INLINE int32_t product_high_signed(int32_t x, int32_t y) {
+#ifdef __bfin__
+    int32_t high;
+    __asm__(
+        "a1 = %h1 * %h2 (fu); a1 = a1 >> 16;\n\t"
+        "a1 += %d1 * %h2 (m), a0 = %d1 * %d2 (is);\n\t"
+        "a1 += %d2 * %h1 (m, is); a1 = a1 >>> 16;\n\t"
+        "%0 = (a0 += a1);"
+        : "=d"(high)
+        : "d"(x), "d"(y)
+        : "A0", "A1");
+    return high;
+#else
+    return (int32_t)(((int64_t)x * y) >> 32);
+#endif
+}
+
+INLINE int64_t product_signed(int32_t x, int32_t y) {
+#ifdef __bfin__
+    return (int64_t)join((uint32_t)product_high_signed(x, y), (uint32_t)x * (uint32_t)y);
+#else
+    return (int64_t)x * y;
+#endif
+}
+
+// x y / 2^bits, rounded down, as long as that fits into 32 bits.
+INLINE int32_t product_scaled(int32_t x, int32_t y, int bits) {
+    const int32_t high = product_high_signed(x, y);
+    if (bits >= 32) {
+        return high >> (bits - 32);
+    }
+    return (int32_t)((uint32_t)high << (32 - bits) | ((uint32_t)x * (uint32_t)y) >> bits);
+}
+
 #endif

@@ -14,11 +14,18 @@
 // is left out. Elsewhere e turns the rays past each other at the same depth.
 #include "stereo/geometry/triangulate.h"
 
+#include <math.h>
+
+#include "core/double/reciprocal.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "core/root.h"
 
 static const int64_t LIMIT_UM = 2000000000;
+
+// Numbers of 32 bits are for parallaxes from 1 to 4096 px, and smaller standard deviations.
+enum { NARROW_MIN_Q16 = 1 << 16, NARROW_MAX_Q16 = 1 << 28, NARROW_SIGMA_Q8 = 1 << 11 };
 
 static bool is_within(double value, double limit) {
     return value >= -limit && value <= limit;
@@ -64,11 +71,30 @@ static int add_vertical(const struct rectify_plan *plan,
     const double corner_px = vertical->offset_px - 0.5 * (vertical->slope_x * plan->width_px +
                                                           vertical->slope_y * plan->height_px);
     result->has_vertical = true;
+    result->vertical_max_q16 = fixed(aspect * max_px, 16) + 1;
     result->vertical_q32 = fixed(aspect * corner_px, 32);
     result->vertical_slope_x_q32 = fixed(aspect * vertical->slope_x, 32);
     result->vertical_slope_y_q32 = fixed(aspect * vertical->slope_y, 32);
-    result->vertical_sigma_q12 = fixed(aspect * vertical->rms_px, 12);
+    result->vertical_sigma_q12 = (int32_t)fixed(aspect * vertical->rms_px, 12);
     return ERROR_OK;
+}
+
+// The least parallax from which on numbers of 32 bits are enough for all pixels.
+static uint32_t find_narrow(const struct rectify_plan *plan, const struct triangulate_plan *made) {
+    const double slope_x =
+        math_max(plan->cx_left_px, plan->width_px - plan->cx_left_px) / plan->f_px;
+    const double slope_y = math_max(plan->cy_px, plan->height_px - plan->cy_px) / plan->fy_px;
+    if (slope_x > 1 || slope_y > 1 || made->baseline_um >= 1 << 21 ||
+        made->vertical_sigma_q12 >= 1 << 14) {
+        return NARROW_MAX_Q16;
+    }
+    // With |k| <= 1/4, a point is at 5/4 B/D at most. Then its distance is below 0.9 2^31, and it
+    // is shifted by less than 0.02 2^31.
+    const double z_max_q8 = 0.9 * 2147483648.0 / sqrt(1 + slope_x * slope_x + slope_y * slope_y);
+    const double f_baseline_um_q24 = plan->f_px * plan->baseline_mm * 1e3 * (1 << 24);
+    const double near_q16 = 1.25 * f_baseline_um_q24 / z_max_q8;
+    const double least_q16 = 1 + math_max(near_q16, 4.0 * (double)made->vertical_max_q16);
+    return (uint32_t)math_min(math_max(least_q16, NARROW_MIN_Q16), NARROW_MAX_Q16);
 }
 
 int triangulate_plan_make(const struct rectify_plan *plan,
@@ -83,7 +109,7 @@ int triangulate_plan_make(const struct rectify_plan *plan,
         .left_slope_x_q43 = fixed(-plan->cx_left_px / plan->f_px, 43),
         .top_slope_y_q43 = fixed(-plan->cy_px / plan->fy_px, 43),
         .offset_q16 = fixed(plan->cx_left_px - plan->cx_right_px, 16),
-        .baseline_um = fixed(1e3 * plan->baseline_mm, 0),
+        .baseline_um = (int32_t)fixed(1e3 * plan->baseline_mm, 0),
     };
     for (int row = 0; row < 3; row++) {
         for (int column = 0; column < 3; column++) {
@@ -105,8 +131,68 @@ int triangulate_plan_make(const struct rectify_plan *plan,
             return error;
         }
     }
+    made.narrow_min_q16 = find_narrow(plan, &made);
+    made.narrow_count = NARROW_MAX_Q16 - made.narrow_min_q16;
     *result = made;
     return ERROR_OK;
+}
+
+// Where products of 64 bits are slow, points that fit are made of 32 bits.
+#if UINTPTR_MAX <= UINT32_MAX
+#define HAS_NARROW 1
+#else
+#define HAS_NARROW 0
+#endif
+
+// a b, as long as it fits.
+static inline int64_t multiple(int64_t a, int32_t b) {
+#if HAS_NARROW
+    const uint32_t size = b < 0 ? 0 - (uint32_t)b : (uint32_t)b, low = low_half((uint64_t)a);
+    const uint32_t high = high_half((uint64_t)a) * size + product_high(low, size);
+    const int64_t product = (int64_t)join(high, low * size);
+    return b < 0 ? -product : product;
+#else
+    return a * b;
+#endif
+}
+
+struct triangulate_certain triangulate_find_certain(const struct rectify_plan *plan,
+                                                    const struct triangulate_plan *fixed,
+                                                    int32_t near_um, int32_t far_um) {
+    // Of all of these 1/1000 and 10 um are left, for the rounding.
+    const double more = 1.001, least_um = 10;
+    const double slope_x =
+        math_max(plan->cx_left_px, plan->width_px - plan->cx_left_px) / plan->f_px;
+    const double slope_y = math_max(plan->cy_px, plan->height_px - plan->cy_px) / plan->fy_px;
+    const double length = sqrt(1 + slope_x * slope_x + slope_y * slope_y);
+    const double *R =
+        plan->R_rect_left;  // its last column turns (x, y, 1) into the left camera's z
+    const double tilt_x = R[2] < 0 ? -R[2] : R[2], tilt_y = R[5] < 0 ? -R[5] : R[5];
+    const double z_min = R[8] - tilt_x * slope_x - tilt_y * slope_y;
+    const double z_max = R[8] + tilt_x * slope_x + tilt_y * slope_y;
+    const double baseline_um = 1e3 * plan->baseline_mm, f_baseline_um = plan->f_px * baseline_um;
+    const double far = math_min(far_um, (double)LIMIT_UM / more / length * z_min) - least_um;
+    const double e_px = (double)fixed->vertical_max_q16 / 65536;
+    struct triangulate_certain none = {.least_q8 = 1, .most_q8 = 0};
+    if (!(z_min > 0 && far > 0)) {
+        return none;
+    }
+    // |q| / N <= 1/2, so that neither point is further than this from B/D, in units of it.
+    const double first_px = math_max(16 * e_px, 0.5 * f_baseline_um / far * z_max);
+    const double k = e_px / first_px;
+    const double off = 0.5 * e_px / plan->f_px + 0.5 * k * slope_x + k * k;
+    const double shift_um = baseline_um * (off * tilt_x + k * tilt_y) + least_um;
+    if (!(off < 0.5 && far > shift_um)) {
+        return none;
+    }
+    const double least_px =
+        math_max(first_px, f_baseline_um * (1 + off) * z_max / (far - shift_um)) * more;
+    const double most_px = f_baseline_um * (1 - off) * z_min / (near_um + shift_um) / more;
+    const double offset_px = plan->cx_left_px - plan->cx_right_px, limit = 1 << 30;
+    const struct triangulate_certain certain = {
+        .least_q8 = (int32_t)math_ceil(math_min(256 * (least_px + offset_px) + 1, limit)),
+        .most_q8 = (int32_t)math_floor(math_min(256 * (most_px + offset_px) - 1, limit))};
+    return certain.least_q8 <= certain.most_q8 ? certain : none;
 }
 
 // value factor / 2^bits for |value| < 2^44, |factor| < 2^32 and bits >= 16, without overflow.
@@ -115,148 +201,84 @@ static int64_t scale(int64_t value, int64_t factor, int bits) {
     return (high * factor + ((low * factor) >> 16)) >> (bits - 16);
 }
 
-// Position and distance of the closest approach of the rays, relative to B/D.
-struct passing {
-    int64_t left_q26, right_q26;  // s and t as 1 + these
-    int64_t inverse_root_n_q30;
-    int64_t sensitivity_q16;  // change of the parallax per residual: (q x + 2 k) / N
-};
-
-static struct passing find_passing(int64_t x_q27, int64_t y_q27, int64_t e_q27, int64_t k_q30) {
-    const int64_t kx_q27 = (k_q30 * x_q27) >> 30;
-    const int64_t q_q27 = y_q27 + kx_q27;
-    const int64_t k_q27 = k_q30 >> 3;
-    const int64_t k2_q26 = (k_q27 * k_q27) >> 28;
-    const int64_t n_q26 = ((int64_t)1 << 26) + k2_q26 + ((q_q27 * q_q27) >> 28);
-    int shift;
-    const int64_t m_q30 = root_normalise(n_q26, &shift);
-    // n = n_q26 2^-26 = m_q30 2^-30 2^(4 - shift)
-    const int64_t inverse_q30 = root_inverse_q30(m_q30) >> ((4 - shift) / 2);
-    INVARIANT(shift <= 4 && inverse_q30 > 0);
-    const int64_t inverse_n_q29 = (inverse_q30 * inverse_q30) >> 31;
-    const int64_t qkx_q26 = (q_q27 * kx_q27) >> 28;
-    const int64_t qe_q26 = (q_q27 * e_q27) >> 28;
-    const int64_t qx_q26 = (q_q27 * x_q27) >> 28;
-    return (struct passing){
-        .left_q26 = ((qe_q26 - qkx_q26 - k2_q26) * inverse_n_q29) >> 29,
-        .right_q26 = ((-qkx_q26 - k2_q26) * inverse_n_q29) >> 29,
-        .inverse_root_n_q30 = inverse_q30,
-        .sensitivity_q16 = ((qx_q26 + k_q27) * inverse_n_q29) >> 39,
-    };
+static bool is_near(const int64_t point[3], int64_t limit) {
+    return point[0] >= -limit && point[0] <= limit && point[1] >= -limit && point[1] <= limit &&
+           point[2] >= -limit && point[2] <= limit;
 }
 
-// Standard deviation along the left ray for a depth and a parallax in pixels.
-static uint32_t predict_sigma_um(const struct triangulate_plan *plan, int64_t x_q27, int64_t y_q27,
-                                 int64_t z_um, int64_t parallax_q16, uint32_t sigma_q8,
-                                 int64_t sensitivity_q16) {
-    const int64_t along_q12 = (int64_t)(sigma_q8 < 65535 ? sigma_q8 : 65535) * 16;
-    const int64_t across_q12 = (plan->vertical_sigma_q12 * sensitivity_q16) >> 16;
-    const int64_t variance_q24 = along_q12 * along_q12 + across_q12 * across_q12;
-    const int64_t length2_q12 =
-        ((int64_t)1 << 12) + ((x_q27 * x_q27) >> 42) + ((y_q27 * y_q27) >> 42);
-    // Coarser if the variance is large, so that the product stays below 2^62.
-    const bool is_large = variance_q24 >= (int64_t)1 << 42;
-    const int64_t product = (is_large ? variance_q24 >> 16 : variance_q24) * length2_q12;
-    const int64_t max_q18 = (int64_t)1 << 31;
-    const int64_t deviation_q18 = is_large ? root_of(product) << 8 : root_of(product);
-    INVARIANT(z_um >= 0 && z_um <= LIMIT_UM && deviation_q18 >= 0);
-    const int64_t sigma_um_q2 =
-        z_um * (deviation_q18 < max_q18 ? deviation_q18 : max_q18) / parallax_q16;
-    const int64_t sigma_um = (sigma_um_q2 + 2) >> 2;
-    return sigma_um < UINT32_MAX ? (uint32_t)sigma_um : UINT32_MAX;
+#define number int64_t
+#define NAME(name) name##_64
+#define SCALED(a, b, bits) (((a) * (b)) >> (bits))
+#define PRODUCT(a, b) ((a) * (b))
+#define MULTIPLE(a, b) ((a) * (b))
+#define DISTANCE(um, b, bits) scale(um, b, bits)
+#if HAS_NARROW
+struct ray_64;
+static int64_t divided(int64_t value, const struct ray_64 *ray);
+#define DIVIDED(value, ray) divided(value, ray)
+#else
+#define DIVIDED(value, ray) ((value) / (ray)->parallax_q16)
+#endif
+#define IS_FAR(condition) (condition)
+#include "stereo/geometry/triangulate_text.h"
+#if HAS_NARROW
+// By a parallax of 32 bits, and such are the quotients up to 16 m.
+static int64_t divided(int64_t value, const struct ray_64 *ray) {
+    return ray->reciprocal.scaled != 0 && high_half((uint64_t)value) < ray->parallax_q16
+               ? reciprocal_quotient((uint64_t)value, &ray->reciprocal)
+               : value / ray->parallax_q16;
 }
+#endif
+#undef number
+#undef NAME
+#undef SCALED
+#undef PRODUCT
+#undef MULTIPLE
+#undef DISTANCE
+#undef DIVIDED
+#undef IS_FAR
 
-static bool is_near(int64_t a, int64_t b, int64_t c, int64_t limit) {
-    return a >= -limit && a <= limit && b >= -limit && b <= limit && c >= -limit && c <= limit;
-}
+#if HAS_NARROW
+#define number int32_t
+#define NAME(name) name##_32
+#define SCALED(a, b, bits) product_scaled(a, b, bits)
+#define PRODUCT(a, b) product_signed(a, b)
+#define MULTIPLE(a, b) multiple(a, b)
+#define DISTANCE(um, b, bits) SCALED(um, b, bits)
+#define DIVIDED(value, ray) ((int64_t)reciprocal_quotient((uint64_t)(value), &(ray)->reciprocal))
+#define IS_FAR(condition) false
+#include "stereo/geometry/triangulate_text.h"
+#endif
 
-// The mid-point in the rect frame: z (x, y, 1) + (shift_x, shift_y, 0).
-struct meeting {
-    int64_t z_q8, shift_x_q8, shift_y_q8;  // um
-    int64_t miss_um;
-    int64_t sensitivity_q16;
-};
-
-// With a residual vertical disparity. Returns false if the rays do not meet.
-static bool meet_off_row(const struct triangulate_plan *plan, int x, int y, int64_t x_q27,
-                         int64_t y_q27, int64_t plain_q8, int64_t parallax_q16,
-                         struct meeting *meeting) {
-    const int64_t e_q32 =
-        plan->vertical_q32 + x * plan->vertical_slope_x_q32 + y * plan->vertical_slope_y_q32;
-    const int64_t e_q16 = e_q32 >> 16;
-    if (e_q16 > parallax_q16 || -e_q16 > parallax_q16) {
-        return false;
-    }
-    const int64_t e_q27 = (e_q16 * plan->pixel_slope_x_q43) >> 32;  // its magnitude is below 1/4
-    const int64_t k_q30 = e_q32 * (1 << 14) / parallax_q16;
-    const struct passing passing = find_passing(x_q27, y_q27, e_q27, k_q30);
-    const int64_t one_q26 = 1 << 26;
-    if (passing.left_q26 <= -one_q26 || passing.right_q26 <= -one_q26) {
-        return false;  // the point is behind a camera
-    }
-    const int64_t tk_q26 = (k_q30 * (one_q26 + passing.right_q26)) >> 30;
-    const int64_t apart_q16 = (plan->baseline_um * (k_q30 < 0 ? -k_q30 : k_q30)) >> 14;
-    *meeting = (struct meeting){
-        .z_q8 = plain_q8 + scale(plain_q8, (passing.left_q26 + passing.right_q26) / 2, 26),
-        // The right point is at (B, 0, 0) + t b: adds half of its offset from (x, y, 1) t.
-        .shift_x_q8 = (-plan->baseline_um * passing.right_q26) >> 19,
-        .shift_y_q8 = (plan->baseline_um * tk_q26) >> 19,
-        .miss_um = (apart_q16 * (passing.inverse_root_n_q30 >> 14) + ((int64_t)1 << 31)) >> 32,
-        .sensitivity_q16 = passing.sensitivity_q16,
-    };
-    return true;
-}
-
-// Rotates a point of the rect frame into the left camera's. Returns false if it is too far away.
-static bool turn_back(const struct triangulate_plan *plan, const int64_t rect_q8[3],
-                      int64_t left_um[3]) {
-    for (int row = 0; row < 3; row++) {
-        const int32_t *R = plan->R_left_rect_q30 + 3 * row;
-        const int64_t sum_q8 =
-            scale(rect_q8[0], R[0], 30) + scale(rect_q8[1], R[1], 30) + scale(rect_q8[2], R[2], 30);
-        left_um[row] = (sum_q8 + 128) >> 8;
-    }
-    return is_near(left_um[0], left_um[1], left_um[2], LIMIT_UM);
+// first + each pixel, rounded from 43 to 27 binary places.
+static inline int32_t slope_at(int64_t first_q43, int64_t each_q43, int pixel) {
+    const int64_t half = 1 << 15;
+    return (int32_t)((first_q43 + half + multiple(each_q43, pixel)) >> 16);
 }
 
 bool triangulate_match(const struct triangulate_plan *plan, int x, int y, int32_t disparity_q8,
                        uint32_t sigma_q8, struct triangulate_point *point) {
     INVARIANT(x >= 0 && x <= IMAGE_MAX_SIDE_PX && y >= 0 && y <= IMAGE_MAX_SIDE_PX);
-    const int64_t parallax_q16 = (int64_t)disparity_q8 * 256 - plan->offset_q16;
-    if (parallax_q16 <= 0) {
+    const int32_t x_q27 = slope_at(plan->left_slope_x_q43, plan->pixel_slope_x_q43, x);
+    const int32_t y_q27 = slope_at(plan->top_slope_y_q43, plan->pixel_slope_y_q43, y);
+    const int64_t e_q32 = plan->vertical_q32 + multiple(plan->vertical_slope_x_q32, x) +
+                          multiple(plan->vertical_slope_y_q32, y);
+    struct ray_64 ray = {.x_q27 = x_q27,
+                         .y_q27 = y_q27,
+                         .e_q32 = e_q32,
+                         .parallax_q16 = (int64_t)disparity_q8 * 256 - plan->offset_q16};
+    if (ray.parallax_q16 <= 0) {
         return false;
     }
-    const int64_t range = (plan->f_baseline_um_q16 + parallax_q16 / 2) / parallax_q16;
-    if (range > LIMIT_UM << plan->range_shift) {
-        return false;
+#if HAS_NARROW
+    const uint32_t narrow_q16 = low_half((uint64_t)ray.parallax_q16);
+    if (narrow_q16 == ray.parallax_q16) {
+        ray.reciprocal = reciprocal_of(narrow_q16);
+        if (narrow_q16 - plan->narrow_min_q16 < plan->narrow_count && sigma_q8 < NARROW_SIGMA_Q8) {
+            const struct ray_32 narrow = {x_q27, y_q27, e_q32, (int32_t)narrow_q16, ray.reciprocal};
+            return match_32(plan, &narrow, sigma_q8, point);
+        }
     }
-    const int64_t plain_q8 = range << (8 - plan->range_shift);
-    const int64_t half = 1 << 15;
-    const int64_t x_q27 = (plan->left_slope_x_q43 + x * plan->pixel_slope_x_q43 + half) >> 16;
-    const int64_t y_q27 = (plan->top_slope_y_q43 + y * plan->pixel_slope_y_q43 + half) >> 16;
-
-    struct meeting meeting = {.z_q8 = plain_q8};
-    if (plan->has_vertical &&
-        !meet_off_row(plan, x, y, x_q27, y_q27, plain_q8, parallax_q16, &meeting)) {
-        return false;
-    }
-    const int64_t z_q8 = meeting.z_q8;
-    const int64_t limit_q8 = LIMIT_UM * 256;
-    if (z_q8 <= 0 || z_q8 > limit_q8) {
-        return false;
-    }
-    const int64_t rect_q8[3] = {scale(z_q8, x_q27, 27) + meeting.shift_x_q8,
-                                scale(z_q8, y_q27, 27) + meeting.shift_y_q8, z_q8};
-    int64_t left_um[3];
-    if (!is_near(rect_q8[0], rect_q8[1], rect_q8[2], limit_q8) ||
-        !turn_back(plan, rect_q8, left_um)) {
-        return false;
-    }
-    point->x_um = (int32_t)left_um[0];
-    point->y_um = (int32_t)left_um[1];
-    point->z_um = (int32_t)left_um[2];
-    point->miss_um = (uint32_t)meeting.miss_um;
-    point->sigma_um = predict_sigma_um(plan, x_q27, y_q27, z_q8 >> 8, parallax_q16, sigma_q8,
-                                       meeting.sensitivity_q16);
-    return true;
+#endif
+    return match_64(plan, &ray, sigma_q8, point);
 }

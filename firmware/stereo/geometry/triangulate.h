@@ -45,11 +45,14 @@ struct triangulate_plan {
     int64_t offset_q16;                            // cx_left - cx_right
     int64_t f_baseline_um_q16;                     // times 2^range_shift
     int range_shift;                               // 0..8
-    int64_t baseline_um;
+    int32_t baseline_um;
     // Residual vertical disparity at pixel (0, 0) and its slopes, in pixels of f.
     int64_t vertical_q32, vertical_slope_x_q32, vertical_slope_y_q32;
-    int64_t vertical_sigma_q12;
+    int32_t vertical_sigma_q12;
+    int64_t vertical_max_q16;  // no residual is larger
     bool has_vertical;
+    // Parallaxes for which numbers of 32 bits are enough: the least one, and how many.
+    uint32_t narrow_min_q16, narrow_count;
 };
 
 /// Limit of |x/z| and |y/z| (a half view of 82 degrees).
@@ -62,6 +65,22 @@ struct triangulate_plan {
 int triangulate_plan_make(const struct rectify_plan *plan,
                           const struct triangulate_vertical *vertical,
                           struct triangulate_plan *result);
+
+/// Disparities of which no point has to be made to know that its left z is within a range: at all
+/// pixels their rays meet there.
+struct triangulate_certain {
+    int32_t least_q8, most_q8;  // none if this is below that
+};
+
+static inline bool triangulate_is_certain(const struct triangulate_certain *certain,
+                                          int32_t disparity_q8) {
+    return disparity_q8 >= certain->least_q8 && disparity_q8 <= certain->most_q8;
+}
+
+/// These of the range near_um..far_um, not negative. `fixed` was made of the plan.
+struct triangulate_certain triangulate_find_certain(const struct rectify_plan *plan,
+                                                    const struct triangulate_plan *fixed,
+                                                    int32_t near_um, int32_t far_um);
 
 /// Triangulates one match: left pixel (x, y), disparity_q8 = 256 (x_left - x_right), sigma_q8 its
 /// predicted standard deviation in 1/256 px. Returns false (point unchanged) if the rays meet at

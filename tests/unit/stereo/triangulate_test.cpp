@@ -215,6 +215,48 @@ TEST_CASE("values that do not fit are refused") {
     CHECK(triangulate_plan_make(&plan, &unmeasured, &result) == ERROR_OK);
 }
 
+TEST_CASE("disparities that are certainly within a range of depths") {
+    Random random(synthetic::test_seed());
+    double all_px = 0, certain_px = 0;
+    for (int i = 0; i < 3000; i++) {
+        const rectify_plan plan = random_plan(random);
+        triangulate_vertical vertical = {};
+        vertical.offset_px = uniform(random, -3, 3);
+        vertical.slope_x = uniform(random, -0.002, 0.002);
+        vertical.slope_y = uniform(random, -0.002, 0.002);
+        vertical.samples = i % 2;
+        triangulate_plan fixed;
+        REQUIRE(triangulate_plan_make(&plan, &vertical, &fixed) == ERROR_OK);
+        const auto near_um = static_cast<int32_t>(1e5 * std::pow(100, uniform(random, 0, 1)));
+        const int32_t far_um = i % 5 == 0 ? INT32_MAX : 2 * near_um;
+        const triangulate_certain certain =
+            triangulate_find_certain(&plan, &fixed, near_um, far_um);
+        if (far_um != INT32_MAX) {
+            all_px += plan.f_px * plan.baseline_mm * (1e3 / near_um - 1e3 / far_um);
+        }
+        if (certain.most_q8 < certain.least_q8) {
+            continue;
+        }
+        if (far_um != INT32_MAX) {
+            certain_px += (certain.most_q8 - certain.least_q8) / 256.0;
+        }
+        for (int k = 0; k < 50; k++) {
+            const double part[3] = {0, 1, uniform(random, 0, 1)};
+            const double x = plan.width_px * part[k % 3], y = plan.height_px * part[k / 3 % 3];
+            const double most = static_cast<double>(certain.most_q8) - certain.least_q8;
+            const auto disparity_q8 =
+                static_cast<int32_t>(std::lround(certain.least_q8 + most * part[k / 9 % 3]));
+            triangulate_point point;
+            REQUIRE(triangulate_match(&fixed, static_cast<int>(x), static_cast<int>(y),
+                                      disparity_q8, 10, &point));
+            REQUIRE(point.z_um >= near_um);
+            REQUIRE(point.z_um <= far_um);
+        }
+    }
+    MESSAGE((certain_px / all_px) << " of the disparities");
+    CHECK(certain_px > 0.3 * all_px);
+}
+
 TEST_CASE("nothing overflows over all legal values") {
     Random random(synthetic::test_seed());
     int points = 0;
@@ -276,11 +318,10 @@ TEST_CASE("integer roots") {
         const double truth = std::sqrt(static_cast<double>(value));
         REQUIRE(std::fabs(static_cast<double>(root_of(value)) - truth) <= 1 + truth * 0x1p-27);
         int shift;
-        const int64_t m_q30 = root_normalise(value, &shift);
-        REQUIRE(m_q30 >= int64_t{1} << 30);
-        REQUIRE(m_q30 < int64_t{1} << 32);
+        const uint32_t m_q30 = root_normalise(value, &shift);
+        REQUIRE(m_q30 >= 1u << 30);
         REQUIRE(shift % 2 == 0);
-        const double inverse = static_cast<double>(root_inverse_q30(m_q30)) / 0x1p30;
-        REQUIRE(std::fabs(inverse * std::sqrt(static_cast<double>(m_q30) / 0x1p30) - 1) < 0x1p-27);
+        const double inverse = root_inverse_q30(m_q30) / 0x1p30;
+        REQUIRE(std::fabs(inverse * std::sqrt(m_q30 / 0x1p30) - 1) < 0x1p-27);
     }
 }
