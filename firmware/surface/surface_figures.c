@@ -24,16 +24,6 @@ uint32_t surface_figures_measured_count(const struct reconstruct_result *result)
     return result->vertex_count - result->reason_count[REASON_FILLED];
 }
 
-typedef uint32_t point_value(const struct triangulate_point *point);
-
-static uint32_t depth_of(const struct triangulate_point *point) {
-    return point->z_um > 0 ? (uint32_t)point->z_um : 0;
-}
-
-static uint32_t sigma_of(const struct triangulate_point *point) {
-    return point->sigma_um;
-}
-
 /// First value whose cumulative count exceeds `*rank`, which becomes the rank within that value.
 static uint32_t find_rank(const uint32_t *counts, uint32_t *rank) {
     uint32_t value = 0;
@@ -47,7 +37,6 @@ static uint32_t find_rank(const uint32_t *counts, uint32_t *rank) {
 
 /// Quantiles of one value of all points, digit by digit from the highest.
 struct quantiles {
-    point_value *value_of;
     uint32_t found[SURFACE_FIGURES_QUANTILES];  ///< the digits so far
     uint32_t rank[SURFACE_FIGURES_QUANTILES];   ///< ranks among the points that share these digits
     /// Histograms of the next digit of these points.
@@ -56,27 +45,65 @@ struct quantiles {
 
 enum { DEPTH, SIGMA, VALUES };
 
+struct values {
+    uint32_t value[VALUES];
+};
+
 struct spread {
     const struct reconstruct_result *result;
     struct surface_figures_depths depths;  ///< of the points that count
     struct quantiles quantiles[VALUES];
-    int shift;  ///< position of the digit to be counted, in bits
+    int shift;            ///< position of the digit to be counted, in bits
+    struct values *kept;  ///< of these points, after the first walk; NULL: not kept
+    uint32_t kept_count, kept_room;
 };
 
-static void count_digits(void *cookie, const struct surface_part *part) {
-    struct spread *self = cookie;
-    for (uint32_t i = 0; i < VALUES * part->vertex_count; i++) {
-        const int32_t z_um = part->points[i / VALUES].z_um;
-        if (z_um < self->depths.near_um || z_um > self->depths.far_um ||
-            surface_figures_is_filled(self->result, part->vertex_pixel[i / VALUES])) {
-            continue;
-        }
-        struct quantiles *quantiles = &self->quantiles[i % VALUES];
-        const uint32_t digits = quantiles->value_of(&part->points[i / VALUES]) >> self->shift;
+static void count_digits(struct spread *self, const struct values *values) {
+    for (int i = 0; i < VALUES; i++) {
+        struct quantiles *quantiles = &self->quantiles[i];
+        const uint32_t digits = values->value[i] >> self->shift;
         for (int k = 0; k < SURFACE_FIGURES_QUANTILES; k++) {
             quantiles->counts[k][digits % DIGIT_VALUES] +=
                 digits >> DIGIT_BITS == quantiles->found[k];
         }
+    }
+}
+
+static void count_part(void *cookie, const struct surface_part *part) {
+    struct spread *self = cookie;
+    for (uint32_t i = 0; i < part->vertex_count; i++) {
+        const struct triangulate_point *point = &part->points[i];
+        if (point->z_um < self->depths.near_um || point->z_um > self->depths.far_um ||
+            surface_figures_is_filled(self->result, part->vertex_pixel[i])) {
+            continue;
+        }
+        const struct values values = {
+            {point->z_um > 0 ? (uint32_t)point->z_um : 0, point->sigma_um}};
+        count_digits(self, &values);
+        if (self->kept != NULL) {
+            INVARIANT(self->kept_count < self->kept_room);
+            self->kept[self->kept_count++] = values;
+        }
+    }
+}
+
+/// Each digit's walk would make all points again: they are kept where the surface itself took more
+/// memory before.
+static struct values *take_kept(const struct reconstruct_result *result, uint32_t points,
+                                struct arena *arena) {
+    const size_t bytes = arena_need_bytes(points, sizeof(struct values));
+    return result->points == NULL && arena->used_bytes + bytes <= result->arena_peak_bytes
+               ? arena_take(arena, points, sizeof(struct values))
+               : NULL;
+}
+
+static void count_all(struct spread *self) {
+    if (self->kept_count == 0) {
+        surface_walk(self->result, SURFACE_POINTS, count_part, self);
+        return;
+    }
+    for (uint32_t i = 0; i < self->kept_count; i++) {
+        count_digits(self, &self->kept[i]);
     }
 }
 
@@ -89,9 +116,7 @@ static void find_digits(struct quantiles *self) {
 }
 
 /// Looks for the values that `percent` of the points do not exceed.
-static void start(struct quantiles *self, point_value *value_of, const int *percent,
-                  uint32_t points) {
-    self->value_of = value_of;
+static void start(struct quantiles *self, const int *percent, uint32_t points) {
     for (int k = 0; k < SURFACE_FIGURES_QUANTILES; k++) {
         self->rank[k] = (uint32_t)((uint64_t)(points - 1) * (uint32_t)percent[k] / 100);
     }
@@ -112,10 +137,12 @@ bool surface_figures_find_spread(const struct reconstruct_result *result,
     memset(self, 0, sizeof *self);
     self->result = result;
     self->depths = depths != NULL ? *depths : all;
-    start(&self->quantiles[DEPTH], depth_of, depth_percent, points);
-    start(&self->quantiles[SIGMA], sigma_of, sigma_percent, points);
+    self->kept = take_kept(result, points, arena);
+    self->kept_room = points;
+    start(&self->quantiles[DEPTH], depth_percent, points);
+    start(&self->quantiles[SIGMA], sigma_percent, points);
     for (self->shift = FIRST_SHIFT; self->shift >= 0; self->shift -= DIGIT_BITS) {
-        surface_walk(result, SURFACE_POINTS, count_digits, self);
+        count_all(self);
         find_digits(&self->quantiles[DEPTH]);
         find_digits(&self->quantiles[SIGMA]);
     }
