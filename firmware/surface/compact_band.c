@@ -73,8 +73,10 @@ bool compact_is_kept(enum compact_channel channel, uint8_t reason) {
 void compact_encode(struct compact_band *band, enum compact_channel channel, const uint8_t *reason,
                     bool first) {
     int32_t *const above = band->row[channel][0], *const row = band->row[channel][1];
-    const int bytes = compact_forms[channel].bytes;
-    for (int x = 0; x < band->width; x++) {
+    const int bytes = compact_forms[channel].bytes, width = band->width;
+    uint8_t *const *chunk = band->chunk[channel];
+    size_t used = band->used[channel];
+    for (int x = 0; x < width; x++) {
         const int32_t guess = predict(above, row, x, first);
         if (!compact_is_kept(channel, reason[x])) {
             row[x] = guess;
@@ -83,10 +85,11 @@ void compact_encode(struct compact_band *band, enum compact_channel channel, con
         const int32_t off = compact_wrap(row[x] - guess, bytes, true);
         const uint32_t code = off < 0 ? ~((uint32_t)off << 1) : (uint32_t)off << 1;
         for (int byte = 0; byte < bytes; byte++) {
-            band->chunk[channel][byte][band->used[channel]] = (uint8_t)(code >> (8 * byte));
+            chunk[byte][used] = (uint8_t)(code >> (8 * byte));
         }
-        band->used[channel]++;
+        used++;
     }
+    band->used[channel] = used;
     band->row[channel][0] = row;
     band->row[channel][1] = above;
 }

@@ -234,8 +234,10 @@ size_t compact_stored(void *self, uint8_t *bytes, size_t length, uint8_t *packed
     memcpy(at, bytes, length);
     at += length;
     for (size_t i = 0; i < length; i++) {
-        a = (a + bytes[i]) % ADLER_MODULUS;
-        b = (b + a) % ADLER_MODULUS;
+        a += bytes[i];
+        a -= a >= ADLER_MODULUS ? ADLER_MODULUS : 0;
+        b += a;
+        b -= b >= ADLER_MODULUS ? ADLER_MODULUS : 0;
     }
     const uint32_t adler = b << 16 | a;
     for (int shift = 24; shift >= 0; shift -= 8) {

@@ -71,10 +71,11 @@ static void count_digits(struct spread *self, const struct values *values) {
 
 static void count_part(void *cookie, const struct surface_part *part) {
     struct spread *self = cookie;
+    const bool has_filled = self->result->reason_count[REASON_FILLED] > 0;
     for (uint32_t i = 0; i < part->vertex_count; i++) {
         const struct triangulate_point *point = &part->points[i];
         if (point->z_um < self->depths.near_um || point->z_um > self->depths.far_um ||
-            surface_figures_is_filled(self->result, part->vertex_pixel[i])) {
+            (has_filled && surface_figures_is_filled(self->result, part->vertex_pixel[i]))) {
             continue;
         }
         const struct values values = {

@@ -7,20 +7,25 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "bf537/l1.h"
+#include "bf537_scene.h"
 #include "core/arena.h"
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/parallel.h"
-#include "stereo/geometry/calibration.h"
 #include "stereo/geometry/rectify.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match.h"
+#include "stereo/mesh.h"
 #include "stereo/pictures.h"
 #include "stereo/reconstruct.h"
 #include "stereo/subpixel.h"
+#include "stereo/surface.h"
+#include "surface/compact_writer.h"
+#include "surface/surface_figures.h"
 
 enum {
     RAW_BITS = 10,
@@ -31,13 +36,6 @@ enum {
 };
 
 static struct arena working;
-static uint32_t random_state;
-
-static uint32_t next_random(void) {
-    random_state = random_state * 1664525u + 1013904223u;
-    return random_state >> 16;
-}
-
 static uint64_t read_cycles(void) {
     uint32_t low, high;
     __asm__ volatile("%0 = cycles; %1 = cycles2;" : "=d"(low), "=d"(high));
@@ -120,43 +118,6 @@ static void print_stage(const char *stage, const struct cost *cost, uint32_t uni
     printf("\n");
 }
 
-// Disparity of a left pixel: a slanted plane, and in front of it a rectangle and a curved ridge.
-static int disparity_at(int x, int y, int width, int height, int most) {
-    const int across = 64 * x / width, down = 64 * y / height;
-    if (across > 20 && across < 34 && down > 16 && down < 48) {
-        return most * 3 / 4;
-    }
-    const int beside = across > 46 ? across - 46 : 46 - across;
-    const int ridge = beside < 8 ? (64 - beside * beside) * most / 192 : 0;
-    return most / 8 + most * down / 256 + ridge;
-}
-
-// Values between nodes every four pixels, and some of single pixels.
-static void fill_texture(uint8_t *pixels, int width, int height) {
-    for (int y = 0; y < height; y++) {
-        for (int x = 0; x < width; x++) {
-            const int coarse = (x / 4 * 73 ^ y / 4 * 151) * 37 >> 2 & 127;
-            pixels[y * width + x] = (uint8_t)(40 + coarse + (int)(next_random() & 31));
-        }
-    }
-}
-
-static void fill_right(const struct image_u8 *left, const struct image_u8 *right, int disparities) {
-    for (int y = 0; y < left->height; y++) {
-        const uint8_t *from = image_u8_row(left, y);
-        uint8_t *to = image_u8_row(right, y);
-        for (int x = 0; x < left->width; x++) {
-            to[x] = (uint8_t)(40 + (next_random() & 127));
-        }
-        for (int x = 0; x < left->width; x++) {
-            const int at = x - disparity_at(x, y, left->width, left->height, disparities);
-            if (at >= 0) {
-                to[at] = (uint8_t)(from[x] + (int)(next_random() & 3));
-            }
-        }
-    }
-}
-
 static struct image_u8 take_image(int width, int height) {
     return (struct image_u8){must_take((size_t)width * (size_t)height, 1), width, height, width};
 }
@@ -166,6 +127,62 @@ static uint32_t crc_of(const struct match_output *output) {
     uint32_t crc = crc_update(0, output->disparity_q8.data, pixels * sizeof(int32_t));
     crc = crc_update(crc, output->reason.data, pixels);
     return crc_update(crc, output->confidence.data, pixels);
+}
+
+static void count_bytes(void *self, const void *bytes, size_t length) {
+    uint32_t *crc = self;
+    *crc = crc_update(*crc, bytes, length);
+}
+
+// The rows of the surface's file, as they are without zlib.
+static uint32_t write_rows(const struct reconstruct_result *result) {
+    const int width = result->plan.width_px;
+    uint32_t crc = 0;
+    const struct compact_output output = {compact_stored, count_bytes, &crc};
+    struct compact_writer writer;
+    compact_writer_begin(&writer, &output);
+    compact_writer_rows(&writer, result, must_take(compact_band_bytes(width), 1),
+                        must_take(compact_band_pixels(width) + COMPACT_STORED_MORE_BYTES, 1));
+    while (compact_writer_band(&writer) < result->plan.height_px) {
+    }
+    return crc;
+}
+
+// A surface that is not kept, and its file.
+static void run_surface(const struct match_output *match, const struct image_u8 *sigma) {
+    const int width = sigma->width, height = sigma->height;
+    const struct calibration rig = rig_of(2 * width, 2 * height);
+    struct reconstruct_result result = {
+        .match = *match,
+        .sigma = *sigma,
+        .plan = plan_of(&rig, width, height),
+        .vertical = {.offset_px = 0.2, .slope_x = 1e-3, .rms_px = 0.1, .samples = 1},
+        .left_colour = {must_take((size_t)width * (size_t)height, 3), width, height, 3 * width},
+        .max_gap_q8 = MESH_DEFAULT_GAP_Q8,
+        .arena_peak_bytes = WORKING_BYTES};
+    result.plan.cx_right_px += width / 8;
+    const struct surface_depths depths = surface_depths_of(500, 4000);
+    struct surface_figures_spread spread;
+    paint_stack();
+    struct cost begin = read_cost();
+    int error = surface_triangulate(&parallel_serial, &working, &depths, true, &result);
+    error = error == ERROR_OK ? surface_mesh(&working, &result) : error;
+    struct cost cost = cost_since(&begin);
+    INVARIANT(error == ERROR_OK);
+    const uint32_t points = result.vertex_count;
+    print_stage("mesh", &cost, points, result.triangle_count);
+    paint_stack();
+    begin = read_cost();
+    const bool found = surface_figures_find_spread(&result, NULL, points, &working, &spread);
+    cost = cost_since(&begin);
+    INVARIANT(found);
+    print_stage("spread", &cost, points, crc_update(0, &spread, sizeof spread));
+    memset(result.left_colour.data, 128, (size_t)width * (size_t)height * 3);
+    paint_stack();
+    begin = read_cost();
+    const uint32_t crc = write_rows(&result);
+    cost = cost_since(&begin);
+    print_stage("file", &cost, (uint32_t)(width * height), crc);
 }
 
 static void match_and_fit(const struct match_input *input, enum match_preset preset, int width,
@@ -202,6 +219,7 @@ static void match_and_fit(const struct match_input *input, enum match_preset pre
     cost = cost_since(&begin);
     print_stage("subpixel", &cost, (uint32_t)pixels,
                 crc_update(crc_of(&output), sigma.data, pixels));
+    run_surface(&output, &sigma);
     arena_release(&working, mark);
 }
 
@@ -214,44 +232,6 @@ static void run_matching(int width, int height, int disparities) {
     match_and_fit(&input, MATCH_PRESET_BOARD, width, height, disparities);
     match_and_fit(&input, MATCH_PRESET_PAPER, width, height, disparities);
     arena_release(&working, mark);
-}
-
-// A pair verged by 6 degrees, seen by lenses that distort.
-static struct calibration rig_of(int width, int height) {
-    const struct lens lens = {.width_px = width,
-                              .height_px = height,
-                              .fx_px = 2.0 * width,
-                              .fy_px = 2.0 * width,
-                              .cx_px = 0.5 * width,
-                              .cy_px = 0.5 * height,
-                              .k1 = -0.12,
-                              .k2 = 0.1};
-    struct calibration rig = {.id = "bench", .left = lens, .right = lens};
-    rig.rotation_right_left_rad[1] = 0.1;
-    rig.rotation_right_left_rad[2] = 0.01;
-    rig.translation_right_left_mm[0] = -120;
-    return rig;
-}
-
-// Half the angle for each side; the plan is given, since it is the set-up of a pan or zoom.
-static struct rectify_plan plan_of(const struct calibration *rig, int width, int height) {
-    const double cosine = 0.99875026, sine = 0.04997917;
-    const double left[9] = {cosine, 0, -sine, 0, 1, 0, sine, 0, cosine};
-    const double right[9] = {cosine, 0, sine, 0, 1, 0, -sine, 0, cosine};
-    struct rectify_plan plan = {.width_px = width,
-                                .height_px = height,
-                                .f_px = 0.5 * rig->left.fx_px,
-                                .fy_px = 0.5 * rig->left.fx_px,
-                                .cx_left_px = 0.5 * width,
-                                .cx_right_px = 0.5 * width,
-                                .cy_px = 0.5 * height,
-                                .baseline_mm = 120,
-                                .disparity_count = 64};
-    for (int i = 0; i < 9; i++) {
-        plan.R_rect_left[i] = left[i];
-        plan.R_rect_right[i] = right[i];
-    }
-    return plan;
 }
 
 // The clock of the pictures, asked before they develop, between, and after they rectify a few rows.
