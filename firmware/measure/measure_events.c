@@ -87,6 +87,7 @@ static bool take_subject(struct measure *self, const struct measure_event *event
         self->far_mm = event->subject.far_mm;
     }
     correct_pan(self, event->subject.right_px);
+    self->other_factor = measure_other_factor(self);
     return true;
 }
 
@@ -224,6 +225,7 @@ static enum measure_outcome take_aim(struct measure *self, const struct measure_
         measure_lose(self, MEASURE_LOSS_NOT_AIMED);
         self->aims = MEASURE_AIMS_MAX;
     }
+    self->other_factor = measure_other_factor(self);
     return MEASURE_DONE;
 }
 

@@ -167,18 +167,15 @@ bool measure_has_other(const struct measure *self) {
            (f_px >= MEASURE_RATIO_MIN * other_px || other_px >= MEASURE_RATIO_MIN * f_px);
 }
 
-// The focal length that the pair will have; 0: not known.
-static double expected_focal_px(const struct measure *self) {
+double measure_other_factor(const struct measure *self) {
     struct zoom_state state;
     bool nearest;
     return measure_state_for(self, &state, &nearest)
-               ? zoom_function_value(&measure_model(self)->camera[0], ZOOM_FOCAL,
-                                     state.side[0].zoom_counts)
-               : 0;
-}
-
-double measure_other_factor(const struct measure *self) {
-    return zoom_expect_other_factor(measure_model(self), expected_focal_px(self));
+               ? zoom_expect_other_factor(
+                     measure_model(self),
+                     zoom_function_value(&measure_model(self)->camera[0], ZOOM_FOCAL,
+                                         state.side[0].zoom_counts))
+               : 1;
 }
 
 // The wide pair is the other one unless it failed, or a longer one helps more. A subject that it
@@ -191,7 +188,7 @@ static bool needs_other(const struct measure *self) {
         return self->phase < MEASURE_OTHER_ZOOM && self->request.wish == MEASURE_WISH_ZOOM &&
                self->request.value < MEASURE_LONGER_BELOW;
     }
-    return self->other_pair == 0 || measure_other_factor(self) > 1;
+    return self->other_pair == 0 || self->other_factor > 1;
 }
 
 // Servos that were not set since the bring-up are anywhere.

@@ -131,7 +131,7 @@ static bool prepare_pair(struct measure *self, struct measure_step *step) {
                     : self->phase == MEASURE_AIMED_PAIR ? MEASURE_WHY_PAN_RESTS
                     : other                             ? MEASURE_WHY_OTHER_ZOOM
                                                         : MEASURE_WHY_TAKE,
-                    other ? measure_other_factor(self) : 0, 0, 0, 0);
+                    other ? self->other_factor : 0, 0, 0, 0);
     return true;
 }
 
@@ -218,9 +218,8 @@ static bool prepare_merged(struct measure *self, struct measure_step *step) {
 }
 
 static bool prepare_other_zoom(struct measure *self, struct measure_step *step) {
-    const double factor = measure_other_factor(self);
-    measure_explain(step, MEASURE_WHY_OTHER_ZOOM, factor, 0, 0, 0);
-    return go_to_factor(self, factor, step);
+    measure_explain(step, MEASURE_WHY_OTHER_ZOOM, self->other_factor, 0, 0, 0);
+    return go_to_factor(self, self->other_factor, step);
 }
 
 // By the calibration alone: the pair at the other zoom needs corners, not the last bit of

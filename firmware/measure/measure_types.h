@@ -281,6 +281,7 @@ struct measure {
     struct zoom_state pair_axes;   ///< of the pair to measure
     double pair_f_px, other_f_px;  ///< focal lengths of the pairs, left; 0: none
     uint32_t other_pair;           ///< the wide pair since pan rests, or a longer one; 0: none
+    double other_factor;           ///< of the smallest focal length: the zoom that helps most
     unsigned tries;                ///< of this phase, after the first one
     unsigned aims;
     bool wide_searched;  ///< the wide view showed no surface, and its focus was searched
