@@ -171,10 +171,7 @@ double measure_other_factor(const struct measure *self) {
     struct zoom_state state;
     bool nearest;
     return measure_state_for(self, &state, &nearest)
-               ? zoom_expect_other_factor(
-                     measure_model(self),
-                     zoom_function_value(&measure_model(self)->camera[0], ZOOM_FOCAL,
-                                         state.side[0].zoom_counts))
+               ? zoom_expect_other_factor(measure_model(self), &state)
                : 1;
 }
 

@@ -59,27 +59,22 @@ static double sharp_mm(const struct measure *self) {
     return MEASURE_SHARP_PX * measure_model(self)->camera[0].pixel_mm;
 }
 
-// The f-number from which on the longest exposure with the largest gain is too dark; INFINITY: not
-// known.
-static double f_number_for_light(const struct measure *self) {
+// The f-number at which the light asks for this exposure times gain; INFINITY: not known.
+static double f_number_for_light(const struct measure *self, double exposure_us) {
     const double product = self->light_exposure_us * self->light_gain;
-    const double most = self->instrument.exposure_max_us * self->instrument.gain_max;
-    return product > 0 && most > 0 && self->light_f_number > 0
-               ? self->light_f_number * sqrt(most / product * math_min(1, self->light_reached))
+    return product > 0 && exposure_us > 0 && self->light_f_number > 0
+               ? self->light_f_number *
+                     sqrt(exposure_us / product * math_min(1, self->light_reached))
                : (double)INFINITY;
 }
 
 // The f-number from which on exposures are so long that lamps on the mains do not flicker, as far
 // as diffraction does not show; 0: any.
 static double f_number_for_steady_light(const struct measure *self) {
-    const double product = self->light_exposure_us * self->light_gain;
-    const double reached = math_min(1, self->light_reached);
-    if (!(product > 0 && reached > 0 && self->light_f_number > 0)) {
-        return 0;
-    }
-    const double steady =
-        self->light_f_number * sqrt(self->instrument.steady_us * reached / product);
-    return math_min(MEASURE_WIDE_F_NUMBER, MEASURE_STEADY_MARGIN * steady);
+    const double f_number = f_number_for_light(self, self->instrument.steady_us);
+    return f_number < (double)INFINITY
+               ? math_min(MEASURE_WIDE_F_NUMBER, MEASURE_STEADY_MARGIN * f_number)
+               : 0;
 }
 
 bool measure_prepare_iris(struct measure *self, struct measure_step *step) {
@@ -90,9 +85,12 @@ bool measure_prepare_iris(struct measure *self, struct measure_step *step) {
         measure_lose(self, MEASURE_LOSS_NOT_SHARP);
         return false;
     }
-    const struct depth_iris_limits limits = {parts->f_number_open, parts->f_number_closed,
-                                             f_number_for_light(self),
-                                             f_number_for_steady_light(self)};
+    const struct depth_iris_limits limits = {
+        .open = parts->f_number_open,
+        .closed = parts->f_number_closed,
+        .dark = f_number_for_light(self, parts->exposure_max_us * parts->gain_max),
+        .steady = f_number_for_steady_light(self),
+    };
     static const enum measure_why whys[] = {
         [DEPTH_IRIS_NEEDED] = MEASURE_WHY_IRIS_NEEDED,
         [DEPTH_IRIS_STEADY] = MEASURE_WHY_IRIS_STEADY,

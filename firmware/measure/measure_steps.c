@@ -122,16 +122,15 @@ static bool prepare_focus(struct measure *self, struct measure_step *step) {
 }
 
 static bool prepare_pair(struct measure *self, struct measure_step *step) {
-    const bool other = self->phase == MEASURE_OTHER_PAIR;
     step->kind = MEASURE_STEP_PAIR;
     place(self, step);
     measure_explain(step,
                     self->tries > 0                     ? MEASURE_WHY_AGAIN
                     : self->phase == MEASURE_WIDE_PAIR  ? MEASURE_WHY_DISTANCE
                     : self->phase == MEASURE_AIMED_PAIR ? MEASURE_WHY_PAN_RESTS
-                    : other                             ? MEASURE_WHY_OTHER_ZOOM
+                    : self->phase == MEASURE_OTHER_PAIR ? MEASURE_WHY_OTHER_ZOOM
                                                         : MEASURE_WHY_TAKE,
-                    other ? self->other_factor : 0, 0, 0, 0);
+                    self->other_factor, 0, 0, 0);
     return true;
 }
 

@@ -271,17 +271,18 @@ int zoom_expect_at(const struct zoom_calibration *calibration, const struct zoom
     return error;
 }
 
-double zoom_expect_other_factor(const struct zoom_calibration *calibration, double f_px) {
+double zoom_expect_other_factor(const struct zoom_calibration *calibration,
+                                const struct zoom_state *state) {
     const struct zoom_camera *left = &calibration->camera[0];
     const double smallest_px = zoom_function_value(left, ZOOM_FOCAL, left->zoom.min);
+    const double f_px = zoom_function_value(left, ZOOM_FOCAL, state->side[0].zoom_counts);
     return f_px < MEASURE_LONGER_BELOW * smallest_px ? MEASURE_LONGER_FACTOR : 1;
 }
 
 void zoom_expect_complete(const struct zoom_calibration *calibration,
                           struct zoom_expect_request *request, struct zoom_state *other) {
-    const double f_px = zoom_function_value(&calibration->camera[0], ZOOM_FOCAL,
-                                            request->state.side[0].zoom_counts);
-    const struct zoom_wish wish = {ZOOM_WISH_FACTOR, zoom_expect_other_factor(calibration, f_px)};
+    const struct zoom_wish wish = {ZOOM_WISH_FACTOR,
+                                   zoom_expect_other_factor(calibration, &request->state)};
     struct zoom_range reach;
     *other = request->state;
     const int error = zoom_for_wish(calibration, NULL, &wish, request->point_mm, other, &reach);

@@ -48,8 +48,9 @@ int zoom_expect_at(const struct zoom_calibration *calibration, const struct zoom
                    struct zoom_expect *expect);
 size_t zoom_expect_need_bytes(void);
 
-/// Which zoom helps a pair at the left camera's focal length most, times its smallest.
-double zoom_expect_other_factor(const struct zoom_calibration *calibration, double f_px);
+/// The zoom that helps a pair at this state most, times the left camera's smallest focal length.
+double zoom_expect_other_factor(const struct zoom_calibration *calibration,
+                                const struct zoom_state *state);
 
 /// Completes a request, whose state and point are set: the board of the demo, and in `*other` the
 /// zoom that helps most. No other zoom if the lenses do not reach it.
