@@ -62,10 +62,14 @@ static double quantized(const struct exposure_limits *limits, double time_us) {
     return exposure_us < limits->min_us ? limits->min_us : exposure_us;
 }
 
+bool exposure_is_below_mains(double half_us, double time_us) {
+    return time_us < half_us * (1 - mains_slack);
+}
+
 // Whether lamps on the mains do not flicker in an exposure, or cannot be kept from that.
 static bool is_flicker_free(const struct exposure_limits *limits, double time_us) {
     const double half_us = limits->mains_half_us;
-    if (half_us == 0 || time_us < half_us * (1 - mains_slack)) {
+    if (half_us == 0 || exposure_is_below_mains(half_us, time_us)) {
         return half_us == 0;
     }
     const double periods = (double)(int64_t)(time_us / half_us + 0.5);
@@ -104,7 +108,7 @@ void exposure_setting_for(const struct exposure_limits *limits, double product_u
                           struct exposure_setting *setting) {
     const double wanted_us = clamped(product_us, product_min(limits), product_max(limits));
     const bool can_avoid_flicker =
-        wanted_us / gain_of(limits->gain_min_q3) >= limits->mains_half_us * (1 - mains_slack);
+        !exposure_is_below_mains(limits->mains_half_us, wanted_us / gain_of(limits->gain_min_q3));
     const unsigned first_q3 = least_gain(limits, wanted_us);
     // Up to twice the gain that is needed, if it is known what a gain does.
     const unsigned last_q3 = limits->linear ? 2 * first_q3 : first_q3;

@@ -100,6 +100,10 @@ struct exposure_search {
     } best;
 };
 
+/// Whether an exposure is so much shorter than half a period of the mains that lamps flicker in it.
+/// Never where that is 0: the light is constant.
+bool exposure_is_below_mains(double half_us, double time_us);
+
 /// The setting for an exposure x gain in us: exact within the steps of exposure and gain, with the
 /// smallest gain that allows it. Beyond the limits the nearest. `iris` is unchanged. A camera that
 /// is not linear has gains of a scale of its own: it gets only as much as is needed.

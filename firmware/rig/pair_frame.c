@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "focus/exposure_search.h"
 #include "rig/base/rig_error.h"
 #include "rig/rig_camera.h"
 #include "rig/trigger.h"
@@ -78,8 +79,7 @@ int pair_check_change(struct rig *rig, unsigned side, uint32_t change_permille) 
     }
     const int32_t half_us = (int32_t)rig_mains_half_us(&rig->profile);
     const int32_t numbers[] = {(int32_t)change_permille, half_us};
-    const bool flickers =
-        half_us > 0 && rig->camera[side].exposure_us < (uint32_t)half_us * 15 / 16;
+    const bool flickers = exposure_is_below_mains(half_us, rig->camera[side].exposure_us);
     return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_MOVED,
                           flickers
                               ? "# of 1000 parts of its picture changed: lamps flicker in "
