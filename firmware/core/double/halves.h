@@ -111,14 +111,6 @@ INLINE uint32_t product_high(uint32_t x, uint32_t y) {
 #endif
 }
 
-INLINE uint64_t product_unsigned(uint32_t x, uint32_t y) {
-#ifdef __bfin__
-    return join(product_high(x, y), x * y);
-#else
-    return (uint64_t)x * y;
-#endif
-}
-
 INLINE int32_t product_high_signed(int32_t x, int32_t y) {
 #ifdef __bfin__
     int32_t high;
