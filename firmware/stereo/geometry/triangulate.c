@@ -79,11 +79,17 @@ static int add_vertical(const struct rectify_plan *plan,
     return ERROR_OK;
 }
 
+static double largest_slope_x(const struct rectify_plan *plan) {
+    return math_max(plan->cx_left_px, plan->width_px - plan->cx_left_px) / plan->f_px;
+}
+
+static double largest_slope_y(const struct rectify_plan *plan) {
+    return math_max(plan->cy_px, plan->height_px - plan->cy_px) / plan->fy_px;
+}
+
 // The least parallax from which on numbers of 32 bits are enough for all pixels.
 static uint32_t find_narrow(const struct rectify_plan *plan, const struct triangulate_plan *made) {
-    const double slope_x =
-        math_max(plan->cx_left_px, plan->width_px - plan->cx_left_px) / plan->f_px;
-    const double slope_y = math_max(plan->cy_px, plan->height_px - plan->cy_px) / plan->fy_px;
+    const double slope_x = largest_slope_x(plan), slope_y = largest_slope_y(plan);
     if (slope_x > 1 || slope_y > 1 || made->baseline_um >= 1 << 21 ||
         made->vertical_sigma_q12 >= 1 << 14) {
         return NARROW_MAX_Q16;
@@ -132,7 +138,6 @@ int triangulate_plan_make(const struct rectify_plan *plan,
         }
     }
     made.narrow_min_q16 = find_narrow(plan, &made);
-    made.narrow_count = NARROW_MAX_Q16 - made.narrow_min_q16;
     *result = made;
     return ERROR_OK;
 }
@@ -157,13 +162,11 @@ static inline int64_t multiple(int64_t a, int32_t b) {
 }
 
 struct triangulate_certain triangulate_find_certain(const struct rectify_plan *plan,
-                                                    const struct triangulate_plan *fixed,
+                                                    const struct triangulate_plan *made,
                                                     int32_t near_um, int32_t far_um) {
     // Of all of these 1/1000 and 10 um are left, for the rounding.
     const double more = 1.001, least_um = 10;
-    const double slope_x =
-        math_max(plan->cx_left_px, plan->width_px - plan->cx_left_px) / plan->f_px;
-    const double slope_y = math_max(plan->cy_px, plan->height_px - plan->cy_px) / plan->fy_px;
+    const double slope_x = largest_slope_x(plan), slope_y = largest_slope_y(plan);
     const double length = sqrt(1 + slope_x * slope_x + slope_y * slope_y);
     const double *R =
         plan->R_rect_left;  // its last column turns (x, y, 1) into the left camera's z
@@ -172,7 +175,7 @@ struct triangulate_certain triangulate_find_certain(const struct rectify_plan *p
     const double z_max = R[8] + tilt_x * slope_x + tilt_y * slope_y;
     const double baseline_um = 1e3 * plan->baseline_mm, f_baseline_um = plan->f_px * baseline_um;
     const double far = math_min(far_um, (double)LIMIT_UM / more / length * z_min) - least_um;
-    const double e_px = (double)fixed->vertical_max_q16 / 65536;
+    const double e_px = (double)made->vertical_max_q16 / 65536;
     struct triangulate_certain none = {.least_q8 = 1, .most_q8 = 0};
     if (!(z_min > 0 && far > 0)) {
         return none;
@@ -274,7 +277,8 @@ bool triangulate_match(const struct triangulate_plan *plan, int x, int y, int32_
     const uint32_t narrow_q16 = low_half((uint64_t)ray.parallax_q16);
     if (narrow_q16 == ray.parallax_q16) {
         ray.reciprocal = reciprocal_of(narrow_q16);
-        if (narrow_q16 - plan->narrow_min_q16 < plan->narrow_count && sigma_q8 < NARROW_SIGMA_Q8) {
+        if (narrow_q16 >= plan->narrow_min_q16 && narrow_q16 < NARROW_MAX_Q16 &&
+            sigma_q8 < NARROW_SIGMA_Q8) {
             const struct ray_32 narrow = {x_q27, y_q27, e_q32, (int32_t)narrow_q16, ray.reciprocal};
             return match_32(plan, &narrow, sigma_q8, point);
         }

@@ -51,8 +51,7 @@ struct triangulate_plan {
     int32_t vertical_sigma_q12;
     int64_t vertical_max_q16;  // no residual is larger
     bool has_vertical;
-    // Parallaxes for which numbers of 32 bits are enough: the least one, and how many.
-    uint32_t narrow_min_q16, narrow_count;
+    uint32_t narrow_min_q16;  // least parallax for which numbers of 32 bits are enough
 };
 
 /// Limit of |x/z| and |y/z| (a half view of 82 degrees).
@@ -77,9 +76,9 @@ static inline bool triangulate_is_certain(const struct triangulate_certain *cert
     return disparity_q8 >= certain->least_q8 && disparity_q8 <= certain->most_q8;
 }
 
-/// These of the range near_um..far_um, not negative. `fixed` was made of the plan.
+/// These of the range near_um..far_um, not negative. `made` was made of the plan.
 struct triangulate_certain triangulate_find_certain(const struct rectify_plan *plan,
-                                                    const struct triangulate_plan *fixed,
+                                                    const struct triangulate_plan *made,
                                                     int32_t near_um, int32_t far_um);
 
 /// Triangulates one match: left pixel (x, y), disparity_q8 = 256 (x_left - x_right), sigma_q8 its
