@@ -3,6 +3,7 @@
 #ifndef VERGENCE_BF537_L1_H
 #define VERGENCE_BF537_L1_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "core/arena.h"
@@ -23,17 +24,12 @@ extern uint8_t bf537_l1_text_begin[] __asm__("_bf537_l1_text_begin");
 extern uint8_t bf537_l1_text_end[] __asm__("_bf537_l1_text_end");
 extern uint8_t bf537_l1_text_load[] __asm__("_bf537_l1_text_load");
 
-/// Lends memory from begin to end but for its margins: loops read up to 3 bytes before a row and 32
-/// behind it (stereo/bfin/cells.h), where a bank may end.
-static inline void bf537_l1_lend_bank(struct arena *arena, uint8_t *begin, const uint8_t *end) {
-    arena_lend_fast(arena, begin + ARENA_ALIGNMENT, (size_t)(end - begin) - 2 * ARENA_ALIGNMENT);
-}
-
 /// Lends both banks of data, without the stack of `parallel_call`, and the scratchpad.
 static inline void bf537_l1_lend(struct arena *arena) {
-    bf537_l1_lend_bank(arena, bf537_scratchpad_begin, bf537_scratchpad_end);
-    bf537_l1_lend_bank(arena, bf537_l1_b_begin, bf537_l1_b_end);
-    bf537_l1_lend_bank(arena, bf537_l1_a_begin, bf537_l1_a_end);
+    arena_lend_fast(arena, bf537_scratchpad_begin,
+                    (size_t)(bf537_scratchpad_end - bf537_scratchpad_begin));
+    arena_lend_fast(arena, bf537_l1_b_begin, (size_t)(bf537_l1_b_end - bf537_l1_b_begin));
+    arena_lend_fast(arena, bf537_l1_a_begin, (size_t)(bf537_l1_a_end - bf537_l1_a_begin));
 }
 
 #endif

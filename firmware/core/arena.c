@@ -24,7 +24,11 @@ void arena_lend_fast(struct arena *arena, void *memory, size_t size_bytes) {
         INVARIANT(i < ARENA_FAST_BLOCKS);
     }
     INVARIANT((uintptr_t)memory % ARENA_ALIGNMENT == 0);
-    arena->fast[i] = (struct arena_fast){.base = memory, .size_bytes = size_bytes};
+    INVARIANT(size_bytes > 2 * (size_t)ARENA_ALIGNMENT);
+    arena->fast[i] = (struct arena_fast){
+        .base = (unsigned char *)memory + ARENA_ALIGNMENT,
+        .size_bytes = size_bytes - 2 * (size_t)ARENA_ALIGNMENT,
+    };
 }
 
 // Number of bytes from `address` to the next aligned address.

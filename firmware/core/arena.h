@@ -38,7 +38,9 @@ void arena_init(struct arena *arena, void *memory, size_t size_bytes);
 /// the product overflows. Valid until released.
 void *arena_take(struct arena *arena, size_t count, size_t element_bytes);
 
-/// Lends fast memory; a processor without any lends none.
+/// Lends fast memory; a processor without any lends none. ARENA_ALIGNMENT bytes at both its ends
+/// stay unused: loops read up to 3 bytes before a row and 32 behind it (stereo/bfin/cells.h), where
+/// a bank of memory may end.
 void arena_lend_fast(struct arena *arena, void *memory, size_t size_bytes);
 
 /// As `arena_take`, in fast memory where it fits. What it takes of the rest is no more than that.
