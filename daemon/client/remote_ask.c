@@ -220,10 +220,12 @@ static enum outcome receive_json(struct answer *self, char *line) {
 
 /// Skips a late "OK" to "@framed", and its echo. That of an answer has a CRC.
 static bool skip_greeting(struct answer *self, const char *text) {
-    const bool late = self->remote->line.serial && strcmp(text, "OK") == 0;
-    self->length = late ? 0 : self->length;
-    self->damaged = self->damaged && !late;
-    return late;
+    if (!self->remote->line.serial || strcmp(text, "OK") != 0) {
+        return false;
+    }
+    self->length = 0;
+    self->damaged = false;
+    return true;
 }
 
 /// Receives a line of the answer.
