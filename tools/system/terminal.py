@@ -161,11 +161,21 @@ def attend_person(line, lines):
             typist.heard(data)
 
 
+def await_prompt(line):
+    end = time.monotonic() + BOOT_LIMIT_S
+    while not FIRST_PROMPT.search(line.recent):
+        if line in line.wait() and not line.read():
+            raise Problem("the board switched itself off")
+        if time.monotonic() > end:
+            raise Problem(f"no prompt within {BOOT_LIMIT_S} s")
+
+
 def attend_script(line, lines):
     """Types the lines, then those of the standard input."""
     typist = Typist(line, lines)
-    end = time.monotonic() + BOOT_LIMIT_S
-    prompted, left, more = False, b"", True
+    await_prompt(line)
+    typist.heard(line.recent)
+    left, more = b"", True
     while more or not typist.done():
         ready = line.wait(*([0] if more else []))
         if 0 in ready:
@@ -180,9 +190,6 @@ def attend_script(line, lines):
             if not data:
                 raise Problem("the board switched itself off")
             typist.heard(data)
-            prompted = prompted or typist.awaited is ANSWER or typist.ready
-        if not prompted and time.monotonic() > end:
-            raise Problem(f"no prompt within {BOOT_LIMIT_S} s")
     if os.isatty(1):
         print()  # after the prompt
     return 1 if typist.failed else 0
@@ -191,15 +198,6 @@ def attend_script(line, lines):
 def is_our_link(path):
     """Whether it is what `serve` makes: a link to a pseudo terminal."""
     return path.is_symlink() and os.readlink(path).startswith("/dev/pts/")
-
-
-def await_prompt(line):
-    end = time.monotonic() + BOOT_LIMIT_S
-    while not FIRST_PROMPT.search(line.recent):
-        if line in line.wait() and not line.read():
-            raise Problem("the board switched itself off")
-        if time.monotonic() > end:
-            raise Problem(f"no prompt within {BOOT_LIMIT_S} s")
 
 
 def serve(line, path, say):
