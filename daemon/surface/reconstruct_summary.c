@@ -38,7 +38,7 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
         fprintf(stream, "filled      %" PRIu32 " more points, not measured\n",
                 result->reason_count[REASON_FILLED]);
     }
-    struct surface_figures_spread spread;
+    struct surface_figures_spread spread = {0};
     if (context->metric && result->vertex_count > 0 &&
         reconstruct_context_spread(context, &spread)) {
         fprintf(stream, "depth       %.6g mm (median), %.6g mm to %.6g mm (1 %% to 99 %%)\n",
@@ -66,12 +66,11 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
                 context->target_points, report->depth_mm, context->without_target.depth.after,
                 report->depth.after);
     }
-    const double common_mm = context->depth_sigma_common_mm;
-    if (common_mm >= 0) {
+    if (context->depth_sigma_common_mm >= 0) {
         fprintf(stream,
-                "depth       common sigma %.3g mm: all depths together, from calibration and "
-                "axes\n",
-                common_mm);
+                "depth       common sigma %.3g mm at %.0f mm: all depths together, from "
+                "calibration and axes\n",
+                context->depth_sigma_common_mm, spread.depth_mm[1]);
     }
     if (result->vertical.samples > 0) {
         fprintf(stream, "rows        off by %.3f px (median), %.3f px (95 %%) in %d samples\n",

@@ -210,8 +210,7 @@ static bool prepare_merged(struct measure *self, struct measure_step *step) {
     } else {
         step->average = MEASURE_AVERAGE_FRAMES;
         step->seconds = MEASURE_AVERAGE_EXPOSURES * exposure_s;
-        measure_explain(step, MEASURE_WHY_AVERAGE, 100 * self->dark_part, self->light_gain,
-                        MEASURE_AVERAGE_FRAMES, 0);
+        measure_explain(step, MEASURE_WHY_AVERAGE, MEASURE_AVERAGE_FRAMES, 0, 0, 0);
     }
     return true;
 }

@@ -80,7 +80,7 @@ enum measure_phase {
     X(TAKE, "the pair to measure")                                                                \
     X(AGAIN, "something moved during the last one")                                               \
     X(BRACKET, "# % of the subject is dark: # exposures")                                         \
-    X(AVERAGE, "# % of the subject is dark, at a gain of #: mean of # frames")                    \
+    X(AVERAGE, "the mean of # frames has less noise")                                             \
     X(OTHER_ZOOM, "#x: a second zoom shows where the cameras point")                              \
     X(COMPUTE, "from # to # mm")                                                                  \
     X(COMPUTE_ALL, "all depths")                                                                  \

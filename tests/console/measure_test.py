@@ -125,7 +125,7 @@ class Measure(DaemonTest):
         self.refused("measure m", "MISSING", "no calibration is saved")
         self.refused("measure m fit=300 zoom=2", "ARGUMENT", "give one")
         for far in (1800, 2000):
-            self.refused(f"measure m near=2000 far={far}", "ARGUMENT", "near is less than far")
+            self.refused(f"measure m near=2000 far={far}", "ARGUMENT", "near and far need each other")
         self.refused("measure -m", "ARGUMENT", "plain name")
         self.refused("measure ../m", "ARGUMENT")
         self.ask("safe")

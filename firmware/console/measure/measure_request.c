@@ -28,7 +28,7 @@ const char *measure_request_make(const struct command_value *values,
     request->far_mm = far->given ? far->number : 0;
     request->quick = command_is_set(&values[MEASURE_REQUEST_QUICK]);
     return near->given != far->given || (near->given && request->near_mm >= request->far_mm)
-               ? "near and far need each other, and near is less than far (near=1700 far=2000)"
+               ? "near and far need each other, near the smaller one (as in near=1700 far=2000)"
                : NULL;
 }
 

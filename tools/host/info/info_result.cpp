@@ -107,7 +107,7 @@ const line lines_of_reconstruction[] = {
     {"surface", "{counts/vertices} points, {counts/triangles} triangles"},
     {"extent", "from {bounds_mm/min} mm"},
     {"", "to {bounds_mm/max} mm (x y z)"},
-    {"depth", "common sigma {depth_sigma_common_mm} mm: all depths together"},
+    {"depth", "common sigma {depth_sigma_common_mm} mm at the median: all depths together"},
     {"cameras",
      "{self_calibration/health}: corrected by {self_calibration/used} points, rows "
      "{self_calibration/rows_px} px, depth {self_calibration/depth_sigma_mm} mm"},

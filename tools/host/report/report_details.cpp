@@ -80,9 +80,10 @@ std::string calibration_table(const reconstruct_context &context, const report_f
         rows += page_row("accepted mismatch", report_text_escape(context.mismatch.text));
     }
     if (context.depth_sigma_common_mm >= 0) {
-        rows += page_row("common sigma of all depths",
-                         report_text_format("%.3g mm predicted, from calibration and axes",
-                                            context.depth_sigma_common_mm));
+        rows +=
+            page_row("common sigma of all depths",
+                     report_text_format("%.3g mm predicted at %.0f mm, from calibration and axes",
+                                        context.depth_sigma_common_mm, figures.depth_median_mm));
     }
     if (context.self_calibrated) {
         const adjust_report &refined = context.self_calibration;
