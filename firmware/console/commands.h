@@ -39,11 +39,12 @@ int commands_selftest_run(const struct command_call *call);
 
 int commands_aim_pan(const struct command_call *call);
 
-/// Arguments of `zoom`. The rig's own command has no calibration, and refuses all but POSITION and
-/// side.
+/// Arguments of `zoom`. The rig's own command has no calibration, and refuses all but POSITION,
+/// side and right.
 enum commands_zoom_argument {
     COMMANDS_ZOOM_POSITION,
     COMMANDS_ZOOM_SIDE,
+    COMMANDS_ZOOM_RIGHT,
     COMMANDS_ZOOM_DENSITY,
     COMMANDS_ZOOM_FIT,
     COMMANDS_ZOOM_DISTANCE,
@@ -53,12 +54,16 @@ enum commands_zoom_argument {
 };
 #define COMMANDS_ZOOM "zoom"
 
-/// Show or move an axis. Arguments POSITION, side and those of the axis.
+/// Show or move an axis. Arguments POSITION, side, right and those of the axis.
 int commands_axis_zoom(const struct command_call *call);
 int commands_axis_iris(const struct command_call *call);
 /// What decides how far an iris is closed for a range. Static storage.
 const char *commands_iris_text(enum depth_iris_limit limit);
 int commands_focus_run(const struct command_call *call);
+/// The position that was typed for a side of `zoom`, `focus` or `iris`.
+const struct command_value *commands_axis_typed(const struct command_call *call, unsigned side);
+/// Refuses `right` without a position of the left lens, or with a side.
+int commands_axis_check_right(const struct command_call *call, unsigned sides);
 /// The same for one axis of the lenses.
 int commands_axis_run(const struct command_call *call, enum lens_axis axis);
 int commands_lens_run(const struct command_call *call);

@@ -10,7 +10,7 @@
 #include "rig/lens_move.h"
 #include "rig/rig_optics.h"
 
-enum { VALUE_POSITION, VALUE_SIDE, VALUE_SHARP };
+enum { VALUE_POSITION, VALUE_SIDE, VALUE_RIGHT, VALUE_SHARP };
 
 /// Index of "x" in COMMANDS_ZOOM_UNITS.
 enum { UNIT_COUNTS, UNIT_X };
@@ -35,12 +35,29 @@ int commands_axis_sides(const struct command_call *call, const struct command_va
 
 // ---- the position that was typed
 
+const struct command_value *commands_axis_typed(const struct command_call *call, unsigned side) {
+    const struct command_value *right = &call->values[VALUE_RIGHT];
+    return side == RIG_RIGHT && right->given ? right : &call->values[VALUE_POSITION];
+}
+
+int commands_axis_check_right(const struct command_call *call, unsigned sides) {
+    const struct command_value *values = call->values;
+    if (!values[VALUE_RIGHT].given || (values[VALUE_POSITION].given && sides == 3)) {
+        return ERROR_OK;
+    }
+    struct command_text sentence = commands_sentence(call);
+    command_text_add(&sentence, "right= requires POSITION, two lenses and no side");
+    return ERROR_ARGUMENT;
+}
+
 /// Writes `zoom: POSITION 12x is out of range (expected for the left lens: ` and returns the text.
 static struct command_text begin_out_of_range(const struct command_call *call, unsigned side,
                                               enum lens_axis axis) {
     struct command_text sentence = commands_sentence(call);
-    command_text_join(&sentence, lens_axis_names[axis], ": POSITION ");
-    command_text_add_typed(&sentence, call->values[VALUE_POSITION].text);
+    const struct command_value *typed = commands_axis_typed(call, side);
+    command_text_join(&sentence, lens_axis_names[axis],
+                      typed == &call->values[VALUE_RIGHT] ? ": right=" : ": POSITION ");
+    command_text_add_typed(&sentence, typed->text);
     command_text_join(&sentence, " is out of range (expected for the ", commands_side_name(side),
                       " lens: ");
     return sentence;
@@ -53,7 +70,7 @@ static int check_counts(const struct command_call *call, unsigned side, enum len
     if (error != ERROR_OK) {
         return error;
     }
-    const int64_t typed = call->values[VALUE_POSITION].integer;
+    const int64_t typed = commands_axis_typed(call, side)->integer;
     if (typed >= limits.min && typed <= limits.max) {
         *position = (int32_t)typed;
         return ERROR_OK;
@@ -76,11 +93,11 @@ static void add_range(const struct command_call *call, unsigned side, enum lens_
         error = rig_optics_focal_length(call->rig, side, settings->min, &low);
         error = error == ERROR_OK ? rig_optics_focal_length(call->rig, side, settings->max, &high)
                                   : error;
-        scale = call->values[VALUE_POSITION].unit == UNIT_X ? low : 1;
+        scale = commands_axis_typed(call, side)->unit == UNIT_X ? low : 1;
         command_text_add_number(sentence, low / scale, 2);
         command_text_add(sentence, " to ");
         command_text_add_number(sentence, high / scale, 2);
-        command_text_add(sentence, call->values[VALUE_POSITION].unit == UNIT_X ? "x)" : " mm)");
+        command_text_add(sentence, commands_axis_typed(call, side)->unit == UNIT_X ? "x)" : " mm)");
     } else if (axis == LENS_FOCUS) {
         error = rig_optics_distance_at(call->rig, side, settings->max, &low);
         command_text_add(sentence, "at least ");
@@ -121,7 +138,7 @@ static int refuse_relation(const struct command_call *call, unsigned side, enum 
 /// The position that POSITION means for a lens.
 static int target_of(const struct command_call *call, unsigned side, enum lens_axis axis,
                      int32_t *position) {
-    const struct command_value *value = &call->values[VALUE_POSITION];
+    const struct command_value *value = commands_axis_typed(call, side);
     const struct rig *rig = call->rig;
     double number = value->number;
     int error = ERROR_OK;
@@ -180,32 +197,18 @@ static int put_axis(const struct command_call *call, unsigned side, enum lens_ax
 
 // ---- moving
 
-/// Moves the lenses `sides` to their targets, both at once if these are equal.
-static int move_to(const struct command_call *call, unsigned sides, enum lens_axis axis,
-                   const int32_t targets[RIG_SIDES]) {
-    if (sides == 3 && targets[RIG_LEFT] == targets[RIG_RIGHT]) {
-        return rig_lens_move_to(call->rig, sides, axis, targets[RIG_LEFT]);
-    }
-    int error = ERROR_OK;
-    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        if ((sides >> side & 1) != 0) {
-            error = rig_lens_move_to(call->rig, 1U << side, axis, targets[side]);
-        }
-    }
-    return error;
-}
-
 int commands_axis_run(const struct command_call *call, enum lens_axis axis) {
     int32_t targets[RIG_SIDES] = {INT32_MIN, INT32_MIN};
     unsigned sides = 0;
     int error = commands_axis_sides(call, &call->values[VALUE_SIDE], &sides);
     INVARIANT(error != ERROR_OK || sides != 0);
+    error = error == ERROR_OK ? commands_axis_check_right(call, sides) : error;
     if (error == ERROR_OK && call->values[VALUE_POSITION].given) {
         for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
             error =
                 (sides >> side & 1) != 0 ? target_of(call, side, axis, &targets[side]) : ERROR_OK;
         }
-        error = error == ERROR_OK ? move_to(call, sides, axis, targets) : error;
+        error = error == ERROR_OK ? rig_lens_move_each(call->rig, sides, axis, targets) : error;
     }
     for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0) {
@@ -221,9 +224,10 @@ int commands_axis_zoom(const struct command_call *call) {
     for (int i = COMMANDS_ZOOM_DENSITY; i < COMMANDS_ZOOM_ARGUMENTS; i++) {
         if (call->values[i].given) {
             struct command_text sentence = commands_sentence(call);
-            command_text_add(&sentence,
-                             "zoom: only POSITION and side work here: the others need the saved "
-                             "calibration of all zooms, which this program does not have");
+            command_text_add(
+                &sentence,
+                "zoom: only POSITION, side and right work here: the others need the saved "
+                "calibration of all zooms, which this program does not have");
             return ERROR_MISSING;
         }
     }
@@ -328,7 +332,7 @@ static int run_sharp(const struct command_call *call, unsigned sides) {
             targets[side] = error == ERROR_OK ? found[side].iris : INT32_MIN;
         }
     }
-    error = error == ERROR_OK ? move_to(call, sides, LENS_IRIS, targets) : error;
+    error = error == ERROR_OK ? rig_lens_move_each(call->rig, sides, LENS_IRIS, targets) : error;
     for (unsigned side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) == 0) {
             continue;
@@ -370,13 +374,20 @@ static int run_learn(const struct command_call *call) {
 
 int commands_axis_iris(const struct command_call *call) {
     const struct command_value *position = &call->values[VALUE_POSITION];
-    if (position->given && position->choice >= 0 && !call->values[VALUE_SHARP].given) {
-        return run_learn(call);
-    }
-    if (!call->values[VALUE_SHARP].given) {
+    const bool learn = position->given && position->choice >= 0;
+    const bool sharp = call->values[VALUE_SHARP].given;
+    if (!learn && !sharp) {
         return commands_axis_run(call, LENS_IRIS);
     }
-    if (call->values[VALUE_POSITION].given) {
+    if (call->values[VALUE_RIGHT].given) {
+        struct command_text sentence = commands_sentence(call);
+        command_text_add(&sentence, "iris: right= requires a position");
+        return ERROR_ARGUMENT;
+    }
+    if (!sharp) {
+        return run_learn(call);
+    }
+    if (position->given) {
         struct command_text sentence = commands_sentence(call);
         command_text_add(&sentence, "iris: either POSITION or sharp=, not both");
         return ERROR_ARGUMENT;

@@ -249,7 +249,7 @@ static unsigned controls_of(const struct command_call *call, unsigned sides) {
 // The step that POSITION means.
 static int step_of(const struct command_call *call, unsigned side, double *step) {
     enum { UNIT_COUNTS = 0 };
-    const struct command_value *value = &call->values[FOCUS_POSITION];
+    const struct command_value *value = commands_axis_typed(call, side);
     const unsigned steps = focus_mover_steps(call->rig, side);
     const bool is_known = value->choice >= 0 || value->unit == UNIT_COUNTS;
     *step = value->choice >= 0 ? 0 : (double)value->integer;  // the farthest one for infinity
@@ -274,7 +274,7 @@ static int step_of(const struct command_call *call, unsigned side, double *step)
 static int run_control(const struct command_call *call, unsigned sides) {
     const bool moves = call->values[FOCUS_POSITION].given;
     double target[RIG_SIDES] = {0, 0};
-    int error = ERROR_OK;
+    int error = commands_axis_check_right(call, sides);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK && moves; side++) {
         error = (sides >> side & 1) != 0 ? step_of(call, side, &target[side]) : ERROR_OK;
     }

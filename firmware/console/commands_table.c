@@ -49,6 +49,13 @@ static const struct command_argument pan_arguments[] = {
             "; without it position and limits are shown"                                           \
     }
 
+#define RIGHT_OPTION(accepts, words)                                                       \
+    {                                                                                      \
+        .name = "right", .kind = COMMAND_INTEGER, .unit = "counts", .min = -1000000,       \
+        .max = 1000000, .units = (accepts), .choices = (words), .value_name = "POSITION",  \
+        .help = "position of the right lens, both move at once; default: that of the left" \
+    }
+
 #define MM_VALUE(least, most) .kind = COMMAND_NUMBER, .unit = "mm", .min = (least), .max = (most)
 
 #define SHARP_OPTION(text)                                                    \
@@ -61,6 +68,7 @@ static const struct command_argument pan_arguments[] = {
 static const struct command_argument zoom_arguments[] = {
     POSITION_ARGUMENT(COMMANDS_ZOOM_UNITS, NULL, "magnification (5x) or focal length (40 mm)"),
     SIDE_OPTION,
+    RIGHT_OPTION(COMMANDS_ZOOM_UNITS, NULL),
     {.name = "density",
      .kind = COMMAND_NUMBER,
      .unit = "px/mm^2",
@@ -84,11 +92,13 @@ static const struct command_argument zoom_arguments[] = {
 static const struct command_argument focus_arguments[] = {
     POSITION_ARGUMENT(COMMANDS_FOCUS_UNITS, "infinity", "distance from the lens (1800 mm)"),
     SIDE_OPTION,
+    RIGHT_OPTION(COMMANDS_FOCUS_UNITS, "infinity"),
 };
 
 static const struct command_argument iris_arguments[] = {
     POSITION_ARGUMENT(COMMANDS_IRIS_UNITS, "learn", "f-number (f/8)"),
     SIDE_OPTION,
+    RIGHT_OPTION(COMMANDS_IRIS_UNITS, NULL),
     SHARP_OPTION("closes the iris as far as this range of distances from the lens needs at the "
                  "present zoom and focus, and no further: up to 1 px of blur at its ends, or until "
                  "diffraction blurs as much. The exposure follows"),

@@ -323,15 +323,17 @@ static int check_target(struct rig *self, unsigned side, enum lens_axis axis, in
     return ERROR_OK;
 }
 
-int rig_lens_move_begin(struct rig *self, struct rig_lens_move *move, unsigned sides,
-                        enum lens_axis axis, int32_t position, enum rig_lens_move_when when) {
+static int begin_move(struct rig *self, struct rig_lens_move *move, unsigned sides,
+                      enum lens_axis axis, const int32_t positions[RIG_SIDES],
+                      enum rig_lens_move_when when) {
     *move = (struct rig_lens_move){.phase = LENS_MOVE_DONE};
     int error = (unsigned)axis < LENS_AXES
                     ? lens_read_ready(self, sides, axis)
                     : rig_part_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
                                      "no such axis (expected zoom, focus or iris)", NULL);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = (sides >> side & 1) != 0 ? check_target(self, side, axis, position) : ERROR_OK;
+        error =
+            (sides >> side & 1) != 0 ? check_target(self, side, axis, positions[side]) : ERROR_OK;
     }
     if (error != ERROR_OK) {
         return error;
@@ -339,7 +341,7 @@ int rig_lens_move_begin(struct rig *self, struct rig_lens_move *move, unsigned s
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0) {
             struct lens_mover *mover = &move->movers[move->count++];
-            lens_mover_init(self, mover, side, axis, position);
+            lens_mover_init(self, mover, side, axis, positions[side]);
             mover->forced = when != LENS_MOVE_IF_NEEDED;
             mover->coarse = when == LENS_MOVE_COARSE;
             mover->lens->moving = (uint8_t)(mover->lens->moving | bit_of(mover));
@@ -355,11 +357,22 @@ int rig_lens_move_begin(struct rig *self, struct rig_lens_move *move, unsigned s
     return ERROR_OK;
 }
 
-int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position) {
+int rig_lens_move_begin(struct rig *self, struct rig_lens_move *move, unsigned sides,
+                        enum lens_axis axis, int32_t position, enum rig_lens_move_when when) {
+    return begin_move(self, move, sides, axis, (const int32_t[RIG_SIDES]){position, position},
+                      when);
+}
+
+int rig_lens_move_each(struct rig *self, unsigned sides, enum lens_axis axis,
+                       const int32_t positions[RIG_SIDES]) {
     struct rig_lens_move move;
-    int error = rig_lens_move_begin(self, &move, sides, axis, position, LENS_MOVE_IF_NEEDED);
+    int error = begin_move(self, &move, sides, axis, positions, LENS_MOVE_IF_NEEDED);
     while (error == ERROR_OK && !rig_lens_move_done(&move)) {
         error = rig_lens_move_step(self, &move, rig_now_us(self) + RIG_POLL_US);
     }
     return error;
+}
+
+int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position) {
+    return rig_lens_move_each(self, sides, axis, (const int32_t[RIG_SIDES]){position, position});
 }

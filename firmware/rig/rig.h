@@ -65,6 +65,10 @@ int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad);
 /// for details and times see rig/lens_move.h. On any error all motors are at rest, but for those of
 /// a controller that does not answer: they end where they were sent, within their range.
 int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position);
+/// The same, with a position for each side; that of a side that does not move is not read. If one
+/// is rejected, neither moves.
+int rig_lens_move_each(struct rig *self, unsigned sides, enum lens_axis axis,
+                       const int32_t positions[RIG_SIDES]);
 /// Reads the positions of a lens at rest `readings` times (1 .. 32; each takes about 60 ms), for
 /// their means without outliers, and stores these in `measured`.
 int rig_lens_read_mean(struct rig *self, unsigned side, unsigned readings,

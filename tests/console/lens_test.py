@@ -56,6 +56,9 @@ class Lens(DaemonTest):
             self.assertAlmostEqual(self.truth(side)[1], 1800, delta=40)
         self.assertAlmostEqual(self.asked("iris f/8")["right"]["f_number"], 8, delta=0.3)
         self.assertEqual(self.asked("zoom 540 counts side=left").keys(), {"left"})
+        apart = self.asked("focus infinity right=2 m")
+        self.assertAlmostEqual(apart["left"]["position"], 300, delta=6)
+        self.assertAlmostEqual(apart["right"]["distance"], 2000, delta=60)
         # As the reply prints it.
         for axis in ("focus", "iris", "zoom"):
             shown = self.first.ask(axis)
@@ -69,6 +72,10 @@ class Lens(DaemonTest):
                 ("zoom 5 mm", r'RANGE zoom: POSITION 5 .*8.5 to 85 mm\)'),
                 ("focus 700mm", r'RANGE focus: POSITION 700mm .*at least 800 mm\)'),
                 ("iris f/22", r'RANGE iris: POSITION f/22 .*f/1.6 to f/16\)'),
+                ("zoom 2x right=12x", r'RANGE zoom: right=12x .*right lens: 1 to 10x\)'),
+                ("zoom right=2x", "ARGUMENT right= requires POSITION"),
+                ("iris 480 right=480 side=left", "ARGUMENT right= requires .*no side"),
+                ("iris learn right=480", "ARGUMENT iris: right="),
                 ("zoom 0x", 'RANGE zoom: POSITION "0x" is too small'),
                 ("zoom -1 mm", 'RANGE zoom: POSITION "-1" is too small'),
                 ("zoom 5y", 'SYNTAX zoom: POSITION "5y" has an unknown unit .* or N x, or N mm'),
@@ -91,8 +98,10 @@ class Lens(DaemonTest):
         status = self.asked("lens status")["left"]
         self.assertEqual(status["zoom"]["known"], "data sheet")
         self.assertAlmostEqual(status["iris"]["f_number"], after, delta=0.2)
-        self.assertLess(status["sharp_near"], 1800)
-        self.assertGreater(status["sharp_far"], status["sharp_near"])
+        focused = status["focus"]["distance"]
+        self.assertAlmostEqual(focused, 1800, delta=40)
+        self.assertLess(status["sharp_near"], focused)
+        self.assertGreater(status["sharp_far"], focused)
         self.assertGreater(status["blur_per_count"], 0.5)
         far = self.asked("iris sharp=1700:inf side=left")["left"]
         self.assertIn("closes no further", far["result"])

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <cstdio>
+#include <cstdlib>
 
 #include "lens_draw.hpp"
 #include "synthetic/seed.hpp"
@@ -257,6 +258,31 @@ TEST_CASE("what cannot be asked for is refused and moves nothing") {
     CHECK(rig_lens_limits(&lenses.rig, 0, LENS_ZOOM, &limits) == ERROR_NOT_CONNECTED);
     check_rest(world);
     CHECK(ring(world, 0, LENS_ZOOM) == doctest::Approx(300));
+}
+
+TEST_CASE("both lenses go to positions of their own at once, or neither moves") {
+    const int32_t wanted[] = {700, 640}, half[] = {700, 851};
+    double took_us[2];
+    for (const bool at_once : {false, true}) {
+        LensWorld world({}, {{{300, 300, 850}, {300, 300, 850}}}, 1);
+        LensRig lenses(world);
+        REQUIRE(lenses.open() == ERROR_OK);
+        CHECK(rig_lens_move_each(&lenses.rig, kBoth, LENS_ZOOM, half) == ERROR_RANGE);
+        check_rest(world);
+        const double begin_us = world.now_us();
+        for (const unsigned sides : {kLeft, kRight}) {
+            REQUIRE(rig_lens_move_each(&lenses.rig, at_once ? kBoth : sides, LENS_ZOOM, wanted) ==
+                    ERROR_OK);
+            if (at_once) {
+                break;
+            }
+        }
+        took_us[at_once] = world.now_us() - begin_us;
+        for (unsigned side = 0; side < 2; side++) {
+            CHECK(std::abs(ring(world, side, LENS_ZOOM) - wanted[side]) <= kTolerance + kBacklash);
+        }
+    }
+    CHECK(took_us[true] < 0.75 * took_us[false]);
 }
 
 TEST_CASE("positions are read in spite of wild readings") {

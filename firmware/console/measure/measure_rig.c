@@ -188,17 +188,11 @@ static struct command_text next_line(struct measure_rig_lines *lines) {
     return command_text_begin(lines->line[lines->count++], MEASURE_RIG_LINE_BYTES);
 }
 
-// Moves both lenses, at once where they go to the same position.
 static void add_move(const char *axis, const int32_t position[RIG_SIDES],
                      struct measure_rig_lines *lines) {
-    const bool same = position[RIG_LEFT] == position[RIG_RIGHT];
-    for (int side = 0; side < (same ? 1 : RIG_SIDES); side++) {
-        struct command_text line = next_line(lines);
-        command_text_print(&line, "%s %d", axis, (int)position[side]);
-        if (!same) {
-            command_text_join(&line, " side=", rig_side_names[side]);
-        }
-    }
+    struct command_text line = next_line(lines);
+    command_text_print(&line, "%s %d right=%d", axis, (int)position[RIG_LEFT],
+                       (int)position[RIG_RIGHT]);
 }
 
 static int32_t within(const struct lens_axis_settings *axis, double counts) {

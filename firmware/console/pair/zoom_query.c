@@ -129,19 +129,13 @@ static int refuse_wish(const struct zoom_query *self, int error, const struct zo
     return error;
 }
 
-/// Moves an axis of both lenses to whole counts, at once if these are equal.
+/// Moves an axis of both lenses to whole counts.
 static int move(const struct zoom_query *self, const char *axis, const double counts[RIG_SIDES]) {
-    const int left = (int)math_round(counts[RIG_LEFT]), right = (int)math_round(counts[RIG_RIGHT]);
     char line[64];
     struct command_text text = command_text_begin(line, sizeof line);
-    command_text_print(&text, "%s %d%s", axis, left, left == right ? "" : " side=left");
-    int error = self->host->give(self->call, line);
-    if (error == ERROR_OK && left != right) {
-        text = command_text_begin(line, sizeof line);
-        command_text_print(&text, "%s %d side=right", axis, right);
-        error = self->host->give(self->call, line);
-    }
-    return error;
+    command_text_print(&text, "%s %d right=%d", axis, (int)math_round(counts[RIG_LEFT]),
+                       (int)math_round(counts[RIG_RIGHT]));
+    return self->host->give(self->call, line);
 }
 
 /// Moves zoom and focus as the wish needs it, and reads where they came to rest.
@@ -356,10 +350,11 @@ static int check(const struct command_call *call, bool *has_wish) {
                               "zoom: sharp=%s is not a range (the nearer distance first)",
                               values[COMMANDS_ZOOM_SHARP].text);
     }
-    if (values[COMMANDS_ZOOM_POSITION].given || values[COMMANDS_ZOOM_SIDE].given) {
+    if (values[COMMANDS_ZOOM_POSITION].given || values[COMMANDS_ZOOM_SIDE].given ||
+        values[COMMANDS_ZOOM_RIGHT].given) {
         return command_refuse(
             call, ERROR_ARGUMENT,
-            "zoom: POSITION and side= do not go with density=, fit=, distance= and "
+            "zoom: POSITION, side= and right= do not go with density=, fit=, distance= and "
             "sharp=, which concern both lenses");
     }
     return ERROR_OK;
