@@ -5,6 +5,8 @@
 #ifndef VERGENCE_CORE_MATH_H
 #define VERGENCE_CORE_MATH_H
 
+#include <stdint.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -45,6 +47,20 @@ static inline double math_max(double a, double b) {
 }
 static inline double math_min(double a, double b) {
     return a < b || b != b ? a : b;
+}
+
+/// The nearest value in [min, max], min <= max; NaN for NaN.
+static inline double math_clamp(double value, double min, double max) {
+    if (value < min) {
+        return min;
+    }
+    return value > max ? max : value;
+}
+static inline int32_t math_clamp_int(int32_t value, int32_t min, int32_t max) {
+    if (value < min) {
+        return min;
+    }
+    return value > max ? max : value;
 }
 
 #ifdef __cplusplus

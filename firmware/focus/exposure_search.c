@@ -76,10 +76,6 @@ static bool is_flicker_free(const struct exposure_limits *limits, double time_us
     return is_close(time_us, periods * half_us, mains_slack);
 }
 
-static double clamped(double value, double min, double max) {
-    return value < min ? min : value > max ? max : value;
-}
-
 // The exposure for this gain, and how far exposure x gain is off then.
 static double exposure_at(const struct exposure_limits *limits, double product_us, double gain,
                           double *off) {
@@ -106,7 +102,7 @@ static unsigned least_gain(const struct exposure_limits *limits, double product_
 
 void exposure_setting_for(const struct exposure_limits *limits, double product_us,
                           struct exposure_setting *setting) {
-    const double wanted_us = clamped(product_us, product_min(limits), product_max(limits));
+    const double wanted_us = math_clamp(product_us, product_min(limits), product_max(limits));
     const bool can_avoid_flicker =
         !exposure_is_below_mains(limits->mains_half_us, wanted_us / gain_of(limits->gain_min_q3));
     const unsigned first_q3 = least_gain(limits, wanted_us);
@@ -132,7 +128,7 @@ void exposure_setting_for(const struct exposure_limits *limits, double product_u
 
 void exposure_setting_like(const struct exposure_limits *limits, double product_us,
                            const struct exposure_setting *like, struct exposure_setting *setting) {
-    const double wanted_us = clamped(product_us, product_min(limits), product_max(limits));
+    const double wanted_us = math_clamp(product_us, product_min(limits), product_max(limits));
     const unsigned first_q3 = least_gain(limits, wanted_us);
     double least = -1;
     setting->iris = like->iris;
@@ -159,7 +155,7 @@ void exposure_setting_like(const struct exposure_limits *limits, double product_
 
 static int32_t within(int32_t value, int32_t a, int32_t b) {
     const int32_t min = a < b ? a : b, max = a < b ? b : a;
-    return value < min ? min : value > max ? max : value;
+    return math_clamp_int(value, min, max);
 }
 
 static bool is_same(const struct exposure_setting *a, const struct exposure_setting *b) {
@@ -191,9 +187,7 @@ void exposure_search_begin(struct exposure_search *self, const struct exposure_l
         self->limits.iris_range = default_iris_range;
     }
     self->iris_log = travel != 0 ? math_log(self->limits.iris_range) / travel : 0;
-    const uint32_t exposure_us = start->exposure_us < limits->min_us   ? limits->min_us
-                                 : start->exposure_us > limits->max_us ? limits->max_us
-                                                                       : start->exposure_us;
+    const double exposure_us = math_clamp(start->exposure_us, limits->min_us, limits->max_us);
     self->tried[0] = (struct exposure_setting){
         .exposure_us = (uint32_t)(quantized(limits, exposure_us) + 0.5),
         .gain_q3 = (uint16_t)within(start->gain_q3, limits->gain_min_q3, limits->gain_max_q3),
@@ -324,7 +318,7 @@ static double move_iris(struct exposure_search *self, struct exposure_setting *s
     const struct exposure_limits *limits = &self->limits;
     const int32_t travel = limits->iris_open - limits->iris_closed;
     const double most = absolute((double)travel), counts = math_log(factor) / self->iris_log;
-    const int32_t by = (int32_t)(counts > most ? most : counts < -most ? -most : counts);
+    const int32_t by = (int32_t)math_clamp(counts, -most, most);
     const int32_t before = setting->iris;
     setting->iris = within(before + by, limits->iris_closed, limits->iris_open);
     self->saturated_us = self->dark_us = 0;

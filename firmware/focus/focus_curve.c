@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "core/invariant.h"
+#include "core/math.h"
 #include "core/order.h"
 
 // Above this part of the height a reciprocal is close to a parabola for all textures, the closer
@@ -311,10 +312,6 @@ static struct selection select_above(const struct focus_curve *curve,
     return selection;
 }
 
-static double within(double value, double min, double max) {
-    return value < min ? min : value > max ? max : value;
-}
-
 bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *range,
                      struct focus_peak *peak) {
     INVARIANT(peak->half_width >= 0 && (unsigned)range->channel < FOCUS_CHANNELS);
@@ -335,7 +332,7 @@ bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *
     variance *= misfit(&selection.sums, selection.count, vertex, lowest, curvature);
     // Beyond the samples it is not a peak that they show.
     peak->at_edge = vertex < selection.min || vertex > selection.max;
-    vertex = within(vertex, selection.min, selection.max);
+    vertex = math_clamp(vertex, selection.min, selection.max);
     peak->position += vertex * scale;
     peak->deviation = sqrt(variance) * scale;
     peak->samples = selection.count;
@@ -397,9 +394,7 @@ bool focus_curve_wide_peak(const struct focus_curve *curve, const struct focus_r
             break;
         }
         best = wide_peak;
-        best.position = wide_peak.position < min   ? min
-                        : wide_peak.position > max ? max
-                                                   : wide_peak.position;
+        best.position = math_clamp(wide_peak.position, min, max);
         middle = best.position;
         half = (max - min) / 2 / (2 << i);
     }

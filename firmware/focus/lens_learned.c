@@ -162,7 +162,7 @@ static int32_t rounded(double value) {
 
 static uint16_t sigma_of(double variance) {
     const double sigma = sqrt(variance);
-    return (uint16_t)(sigma < SIGMA_MIN_Q4 ? SIGMA_MIN_Q4 : sigma > 16000 ? 16000 : rounded(sigma));
+    return (uint16_t)rounded(math_clamp(sigma, SIGMA_MIN_Q4, 16000));
 }
 
 // The entry to change: an existing one nearby, or a new one with the value that is expected here.

@@ -55,7 +55,7 @@ static void result(double position, double error, int32_t *position_q4, uint16_t
     const double sigma = math_ceil(error * Q4);
     INVARIANT(fabs(position) < INT32_MAX / Q4 && sigma >= 0);
     *position_q4 = (int32_t)math_floor(position * Q4 + 0.5);
-    *sigma_q4 = sigma > UINT16_MAX ? (uint16_t)UINT16_MAX : sigma < 1 ? 1 : (uint16_t)sigma;
+    *sigma_q4 = (uint16_t)math_clamp(sigma, 1, UINT16_MAX);
 }
 
 int32_t position_fit_counts(int32_t position_q4) {

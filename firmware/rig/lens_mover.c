@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "rig/base/health.h"
 #include "rig/base/rig_clock.h"
 #include "rig/base/rig_error.h"
@@ -18,10 +19,6 @@ enum {
 
 static int32_t distance(int32_t a, int32_t b) {
     return a < b ? b - a : a - b;
-}
-
-static int32_t within(int32_t value, int32_t min, int32_t max) {
-    return value < min ? min : value > max ? max : value;
 }
 
 static uint64_t travel_us(const struct rig_profile *profile, enum lens_axis axis, int32_t counts) {
@@ -80,7 +77,7 @@ static int begin_leg(struct rig *self, struct lens_mover *mover, int32_t goal) {
     const int32_t wanted = goal + mover->lens->offset[mover->axis];
     mover->goal = goal;
     mover->begin = mover->middle;
-    mover->command = within(wanted, mover->min, mover->max);
+    mover->command = math_clamp_int(wanted, mover->min, mover->max);
     mover->count = mover->since_mark = mover->settled = 0;
     mover->sent = 1;
     mover->mark = mover->begin;
@@ -182,8 +179,8 @@ static int update_offset(struct rig *self, struct lens_mover *mover) {
     const int32_t tolerance = mover->settings->tolerance_counts;
     int32_t *offset = &mover->lens->offset[mover->axis];
     const int32_t wanted =
-        within(*offset - beside, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
-    const int32_t command = within(mover->target + wanted, mover->min, mover->max);
+        math_clamp_int(*offset - beside, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
+    const int32_t command = math_clamp_int(mover->target + wanted, mover->min, mover->max);
     const bool at_end = command == mover->command;
     const bool again = mover->rest_position != INT32_MIN &&
                        distance(mover->rest_position, mover->middle) <= tolerance;
@@ -207,7 +204,7 @@ static void follow_drift(const struct lens_mover *mover) {
     const int32_t beside = mover->middle - mover->target;
     int32_t *offset = &mover->lens->offset[mover->axis];
     const int32_t step = beside >= NOISE_COUNTS ? -1 : beside <= -NOISE_COUNTS ? 1 : 0;
-    *offset = within(*offset + step, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
+    *offset = math_clamp_int(*offset + step, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
 }
 
 // The present leg of a coarse move is over: near its goal, or past it.
@@ -398,7 +395,7 @@ void lens_mover_hold(struct rig *self, const struct lens_mover *mover,
     const int32_t two = lens_read_median((const int32_t[]){readings[0], readings[1], seen});
     const int32_t all = lens_read_median((const int32_t[]){two, readings[2], seen});
     const int32_t wanted = mover->sign * all + mover->lens->offset[mover->axis];
-    const int32_t at = mover->sign * within(wanted, mover->min, mover->max);
+    const int32_t at = mover->sign * math_clamp_int(wanted, mover->min, mover->max);
     mover->lens->rest_us[mover->axis] = UINT64_MAX;
     (void)lens_go(&mover->lens->drive, mover->axis, at, rig_now_us(self) + COMMAND_US);
 }

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "focus/position_fit.h"
 #include "rig/base/health.h"
 #include "rig/base/poll.h"
@@ -15,7 +16,7 @@ enum { BOTH = 1u << RIG_LEFT | 1u << RIG_RIGHT };
 int32_t lens_read_median(const int32_t values[LENS_READ_MEDIAN]) {
     const int32_t a = values[0], b = values[1], c = values[2];
     const int32_t min = a < b ? a : b, max = a < b ? b : a;
-    return c < min ? min : c > max ? max : c;
+    return math_clamp_int(c, min, max);
 }
 
 int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {

@@ -79,7 +79,7 @@ static int check(const struct rig *self, unsigned side, enum lens_axis axis,
 
 // Readings may lie a little outside of the range.
 static int32_t within(const struct lens_ring *ring, int32_t position) {
-    return position < ring->min ? ring->min : position > ring->max ? ring->max : position;
+    return math_clamp_int(position, ring->min, ring->max);
 }
 
 int rig_optics_position(const struct rig *self, unsigned side, enum lens_axis axis,

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/rectify.h"
 
@@ -14,7 +15,10 @@ static const double COORDINATE_LIMIT_PX = 15000;
 // The interpolation error between nodes grows with the fourth power of their angular distance: with
 // 16 px at a focal length of 400 px it is about 0.003 px for common lenses.
 static int choose_step_log2(const struct rectify_plan *plan) {
-    return plan->f_px >= 400 ? 4 : plan->f_px >= 200 ? 3 : 2;
+    if (plan->f_px >= 400) {
+        return 4;
+    }
+    return plan->f_px >= 200 ? 3 : 2;
 }
 
 // One node before the image, and two behind the last cell's start.
@@ -174,7 +178,7 @@ static struct extent row_extent(const struct source *source, int width_px, int y
         lens_distort(source->lens, ideal, distorted);
         const double row = source->lens->fy_px * distorted[1] + source->lens->cy_px;
         const double last = source->lens->height_px - 1;
-        const double inside = row < 0 ? 0 : row > last ? last : row;
+        const double inside = math_clamp(row, 0, last);
         extent.lowest = inside < extent.lowest ? inside : extent.lowest;
         extent.highest = inside > extent.highest ? inside : extent.highest;
     }

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "stereo/image/sensor_noise.h"
 
 enum {
@@ -226,7 +227,7 @@ int merge_exposures_add(struct merge_exposures *self, const struct raw_image *fr
     const double scaled =
         weight_of(plan, part, last_ratio(plan), exposure->gain_q3) * self->weight_scale + 0.5;
     const uint32_t greatest = SUM_MAX / (full_of(frame) * plan->frames);
-    const uint32_t weight = scaled < 1 ? 1 : scaled > greatest ? greatest : (uint32_t)scaled;
+    const uint32_t weight = (uint32_t)math_clamp(scaled, 1, greatest);
     add_values(self, frame, weight, max_sum(self, ratio));
     const double gain = (double)sensor_noise_gain_q3(exposure->gain_q3);
     self->light += (double)weight * weight * gain * part;

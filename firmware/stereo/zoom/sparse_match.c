@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "stereo/zoom/sparse_align.h"
 
 enum {
@@ -295,8 +296,7 @@ static bool contains(const struct search *s, const struct sparse_corner *corner)
 
 // The first corner, by rows, whose row is not above y.
 static int first_at(const struct sparse_picture *picture, const int *row_start, double y) {
-    const int row = y < 0 ? 0 : y >= picture->level.height ? picture->level.height : (int)y;
-    return row_start[row];
+    return row_start[(int)math_clamp(y, 0, picture->level.height)];
 }
 
 // Sorts by rows: counting sort into `sorted`; row_start[y] is the first corner at y or below.

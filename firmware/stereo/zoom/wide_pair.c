@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "stereo/zoom/sparse_align.h"
 
 enum {
@@ -118,9 +119,8 @@ static bool choose_part(const struct placing *p) {
             return false;
         }
         for (int i = 0; i < 2; i++) {
-            const int limit = i == 0 ? wide->width : wide->height;
             const double at = px[i] + (end == 0 ? -2 * reach_px : 2 * reach_px);
-            range[end][i] = at < 0 ? 0 : at > limit ? limit : (int)at;
+            range[end][i] = (int)math_clamp(at, 0, i == 0 ? wide->width : wide->height);
         }
     }
     if (range[1][0] - range[0][0] < 64 || range[1][1] - range[0][1] < 64) {

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/zoom/zoom_calibration.h"
 #include "stereo/zoom/zoom_grammar.h"
@@ -110,7 +111,7 @@ static double correlation(const double *covariance, int i, int j) {
     const double value = covariance[i * (i + 1) / 2 + j] /
                          sqrt(covariance[i * (i + 1) / 2 + i] * covariance[j * (j + 1) / 2 + j]);
     INVARIANT(fabs(value) < 1.001);  // was validated
-    return value > 1 ? 1 : value < -1 ? -1 : value;
+    return math_clamp(value, -1, 1);
 }
 
 static void print_sigmas(struct keyed_writer *writer, const struct zoom_calibration *calibration) {
