@@ -16,29 +16,40 @@ static const double tail = 4;
 // as well as a right one, a saturated one is not.
 static const double excess_min = 1.02, excess_slope = 16, nearly_all = 0.95, excess_of_all = 64;
 
-void exposure_histogram_begin(struct exposure_histogram *self, enum exposure_pattern pattern,
-                              int bits, uint16_t black) {
+int exposure_first_green(enum raw_layout layout, int row) {
+    if (layout == RAW_RGB) {
+        return 1;
+    }
+    return layout == RAW_BAYER_GRBG ? row & 1 : 0;
+}
+
+int exposure_green_step(enum raw_layout layout) {
+    if (layout == RAW_RGB) {
+        return 3;
+    }
+    return layout == RAW_BAYER_GRBG ? 2 : 1;
+}
+
+void exposure_histogram_begin(struct exposure_histogram *self, enum raw_layout layout, int bits,
+                              uint16_t black) {
     INVARIANT(bits >= 8 && bits <= 16 && black < (1 << bits) / 2);
-    *self = (struct exposure_histogram){.pattern = pattern, .bits = bits, .black = black};
+    *self = (struct exposure_histogram){.layout = layout, .bits = bits, .black = black};
 }
 
 void exposure_histogram_row(struct exposure_histogram *self, const uint16_t *row, int width_px,
                             int y) {
     INVARIANT(width_px > 0 && y >= 0);
-    const int count = self->pattern == EXPOSURE_RGB ? 3 * width_px : width_px;
+    const int count = self->layout == RAW_RGB ? 3 * width_px : width_px;
     const int shift = self->bits > BIN_BITS ? self->bits - BIN_BITS : 0;
     for (int i = 0; i < count; i++) {
         // A camera may set bits outside its range.
         const int bin = row[i] >> shift;
         self->bins[bin < EXPOSURE_BINS ? bin : EXPOSURE_BINS - 1]++;
     }
-    const int first = self->pattern == EXPOSURE_RGB    ? 1
-                      : self->pattern == EXPOSURE_GRBG ? y & 1
-                                                       : 0;
-    const int step = self->pattern == EXPOSURE_RGB ? 3 : self->pattern == EXPOSURE_GRBG ? 2 : 1;
+    const int step = exposure_green_step(self->layout);
     uint64_t sum = 0;
     int greens = 0;
-    for (int i = first; i < count; i += step, greens++) {
+    for (int i = exposure_first_green(self->layout, y); i < count; i += step, greens++) {
         sum += row[i];
     }
     self->values += (uint64_t)count;

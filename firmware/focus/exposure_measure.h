@@ -6,21 +6,17 @@
 
 #include <stdint.h>
 
+#include "core/raw_image.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-enum exposure_pattern {
-    EXPOSURE_GREY,  ///< one value per pixel: all count as green
-    EXPOSURE_RGB,   ///< three values per pixel, interleaved
-    EXPOSURE_GRBG,  ///< mosaic: even rows G R, odd rows B G
-};
 
 enum { EXPOSURE_BINS = 1024 };
 
 /// Accumulator. Values of more than 10 bits are counted by their upper 10.
 struct exposure_histogram {
-    enum exposure_pattern pattern;
+    enum raw_layout layout;
     int bits;
     uint16_t black;  ///< level of black, in values of `bits`
     uint64_t values, greens, green_sum;
@@ -43,9 +39,13 @@ struct exposure_measure {
 /// Part of the values that may be saturated.
 #define EXPOSURE_SATURATED_MAX 0.001
 
+/// The first value of a row that counts as green, and the step to the next; all of a grey image do.
+int exposure_first_green(enum raw_layout layout, int row);
+int exposure_green_step(enum raw_layout layout);
+
 /// `bits`: 8 .. 16; `black`: below a half of full scale.
-void exposure_histogram_begin(struct exposure_histogram *self, enum exposure_pattern pattern,
-                              int bits, uint16_t black);
+void exposure_histogram_begin(struct exposure_histogram *self, enum raw_layout layout, int bits,
+                              uint16_t black);
 /// Adds row `y` of a frame (counted from its top) with this many pixels.
 void exposure_histogram_row(struct exposure_histogram *self, const uint16_t *row, int width_px,
                             int y);

@@ -4,21 +4,18 @@
 #include <stdbool.h>
 
 #include "core/invariant.h"
+#include "focus/exposure_measure.h"
 
 enum { PERMILLE = 1000 };
 
-// First value that counts in a row, and the step to the next: green where there are colours.
-static int first_of(const struct raw_image *image, int row) {
-    return image->layout == RAW_RGB ? 1 : image->layout == RAW_BAYER_GRBG ? row & 1 : 0;
-}
-
 static bool is_dark(const struct raw_image *image, uint16_t black, int column, int row) {
     const int channels = image->layout == RAW_RGB ? 3 : 1;
-    const int step = image->layout == RAW_RGB ? 3 : image->layout == RAW_BAYER_GRBG ? 2 : 1;
+    const int step = exposure_green_step(image->layout);
     uint64_t sum = 0, count = 0;
     for (int y = row; y < row + MEASURE_DARK_BLOCK_PX; y++) {
         const uint16_t *values = raw_image_row(image, y) + (size_t)column * (size_t)channels;
-        for (int x = first_of(image, y); x < MEASURE_DARK_BLOCK_PX * channels; x += step) {
+        for (int x = exposure_first_green(image->layout, y); x < MEASURE_DARK_BLOCK_PX * channels;
+             x += step) {
             sum += values[x];
             count++;
         }

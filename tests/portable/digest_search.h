@@ -59,7 +59,7 @@ static uint32_t digest_exposure(void) {
     for (int i = 0; i < draws(60, 10); i++) {
         struct exposure_histogram histogram;
         const int bits = 8 + i % 9;
-        exposure_histogram_begin(&histogram, (enum exposure_pattern)(i % 3), bits, (uint16_t)i);
+        exposure_histogram_begin(&histogram, (enum raw_layout)(i % 3), bits, (uint16_t)i);
         for (int y = 0; y < HEIGHT; y++) {
             for (int x = 0; x < WIDTH; x++) {
                 row[x] = (uint16_t)(next_random() >> (64 - bits));

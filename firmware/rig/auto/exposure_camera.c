@@ -231,12 +231,6 @@ static struct rig_rectangle field_of(const struct exposure_job *job, unsigned si
     return field;
 }
 
-static enum exposure_pattern pattern_of(const struct raw_image *image) {
-    return image->layout == RAW_RGB          ? EXPOSURE_RGB
-           : image->layout == RAW_BAYER_GRBG ? EXPOSURE_GRBG
-                                             : EXPOSURE_GREY;
-}
-
 int exposure_region_begin(struct exposure_job *job, struct rig_region *region, unsigned side,
                           enum exposure_field which) {
     uint8_t skip = 1;
@@ -310,8 +304,7 @@ int exposure_region_measure(struct exposure_job *job, struct rig_region *region,
             frame.exposure_us != 0 ? frame.exposure_us : setting->exposure_us;
         if (i == 0) {
             first_us = frame.exposed_us;
-            exposure_histogram_begin(&job->all, pattern_of(&frame.image), frame.image.bits,
-                                     frame.black);
+            exposure_histogram_begin(&job->all, frame.image.layout, frame.image.bits, frame.black);
             job->shared = job->all;
             light->exposure_us = exposure_us;
             light->real_us = exposure_us * gain_of(setting->gain_q3);

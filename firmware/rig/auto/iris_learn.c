@@ -48,12 +48,6 @@ static enum rig_part part_of(const struct learner *self) {
 
 // ---- light
 
-static enum exposure_pattern pattern_of(const struct raw_image *image) {
-    return image->layout == RAW_BAYER_GRBG ? EXPOSURE_GRBG
-           : image->layout == RAW_RGB      ? EXPOSURE_RGB
-                                           : EXPOSURE_GREY;
-}
-
 static int expose(struct learner *self, unsigned exposure) {
     INVARIANT(exposure < EXPOSURES);
     self->exposure = exposure;
@@ -73,7 +67,7 @@ static int measure(struct learner *self, struct exposure_measure *measured) {
         }
         const struct raw_image *image = &frame.image;
         if (i == 0) {
-            exposure_histogram_begin(&histogram, pattern_of(image), (int)image->bits, frame.black);
+            exposure_histogram_begin(&histogram, image->layout, (int)image->bits, frame.black);
         }
         for (int y = 0; y < (int)image->height_px; y++) {
             exposure_histogram_row(&histogram, image->data + (size_t)y * (size_t)image->stride,

@@ -8,14 +8,14 @@
 #include <cstdint>
 #include <vector>
 
-TEST_CASE("brightness is measured in all patterns and depths") {
+TEST_CASE("brightness is measured in all layouts and depths") {
     struct Form {
-        exposure_pattern pattern;
+        raw_layout layout;
         int bits, values, first_green, step;
     };
-    for (const Form form : {Form{EXPOSURE_GREY, 8, 1, 0, 1}, Form{EXPOSURE_RGB, 8, 3, 1, 3},
-                            Form{EXPOSURE_GRBG, 10, 1, 0, 2}, Form{EXPOSURE_GREY, 16, 1, 0, 1}}) {
-        INFO("bits " << form.bits << " pattern " << form.pattern);
+    for (const Form form : {Form{RAW_GREY, 8, 1, 0, 1}, Form{RAW_RGB, 8, 3, 1, 3},
+                            Form{RAW_BAYER_GRBG, 10, 1, 0, 2}, Form{RAW_GREY, 16, 1, 0, 1}}) {
+        INFO("bits " << form.bits << " layout " << form.layout);
         const int full = (1 << form.bits) - 1, black = full / 20, width = 2000;
         const auto part_of = [&](double value) { return (value - black) / (full - black); };
         std::vector<uint16_t> row(size_t(width) * size_t(form.values), uint16_t(full / 10));
@@ -30,7 +30,7 @@ TEST_CASE("brightness is measured in all patterns and depths") {
             sum += row[i];
         }
         exposure_histogram histogram;
-        exposure_histogram_begin(&histogram, form.pattern, form.bits, uint16_t(black));
+        exposure_histogram_begin(&histogram, form.layout, form.bits, uint16_t(black));
         exposure_histogram_row(&histogram, row.data(), width, 0);
         const exposure_measure measure = exposure_histogram_end(&histogram);
         CHECK(measure.mean == doctest::Approx(part_of(sum / greens)).epsilon(1e-9));

@@ -135,7 +135,7 @@ struct Camera {
         const double gain = setting.gain_q3 / 8.0;
         const double per_electron = (1023 - kBlack) / kFullWell;
         exposure_histogram histogram;
-        exposure_histogram_begin(&histogram, EXPOSURE_GRBG, 10, kBlack);
+        exposure_histogram_begin(&histogram, RAW_BAYER_GRBG, 10, kBlack);
         std::array<uint16_t, kSize> row{};
         size_t at = random() % noise.size();
         for (int y = 0; y < kSize; y++) {
