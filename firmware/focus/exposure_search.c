@@ -137,7 +137,10 @@ void exposure_setting_like(const struct exposure_limits *limits, double product_
         setting->exposure_us =
             (uint32_t)(exposure_at(limits, wanted_us, gain_of(like->gain_q3), &least) + 0.5);
     }
-    const unsigned factor = limits->linear ? 2 : (least < 0 ? 1 : 0);
+    unsigned factor = least < 0 ? 1 : 0;
+    if (limits->linear) {
+        factor = 2;
+    }
     const unsigned last_q3 = factor * (like->gain_q3 > first_q3 ? like->gain_q3 : first_q3);
     for (unsigned gain_q3 = first_q3; (least < 0 || least > equal_enough) &&
                                       gain_q3 <= limits->gain_max_q3 && gain_q3 <= last_q3;

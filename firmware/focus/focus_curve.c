@@ -125,10 +125,17 @@ double focus_curve_noise(const struct focus_curve *curve, const struct focus_ran
     return rough > expected ? rough : expected;
 }
 
+static unsigned count_lowest(unsigned count) {
+    if (count < 3) {
+        return count;
+    }
+    return count / 10 > 3 ? count / 10 : 3;
+}
+
 // Far from all peaks: the mean of the lowest tenth, at least of 3 samples.
 static double floor_of(const struct point *order, unsigned count) {
     double values[FOCUS_SAMPLES_MAX], sum = 0;
-    const unsigned lowest = count / 10 > 3 ? count / 10 : count < 3 ? count : 3;
+    const unsigned lowest = count_lowest(count);
     for (unsigned i = 0; i < count; i++) {
         values[i] = order[i].value;
     }
@@ -159,6 +166,17 @@ static double reach(const struct point *order, unsigned count, unsigned peak, in
     return fabs((double)order[i].position - order[peak].position);
 }
 
+// That of the side that is not cut; the greater one if both are, and the mean if none is.
+static double choose_half_width(double down, double up, bool cut_below, bool cut_above) {
+    if (cut_below != cut_above) {
+        return cut_below ? up : down;
+    }
+    if (cut_below) {
+        return down > up ? down : up;
+    }
+    return (down + up) / 2;
+}
+
 static struct focus_peak peak_of(const struct point *order, unsigned count, unsigned peak,
                                  double floor) {
     const double height = order[peak].value, level = floor + (height - floor) / 2;
@@ -166,12 +184,9 @@ static struct focus_peak peak_of(const struct point *order, unsigned count, unsi
     const double down = reach(order, count, peak, -1, level, &below);
     const double up = reach(order, count, peak, 1, level, &above);
     const bool cut_below = below == peak, cut_above = above == count - 1 - peak;
-    const double wide = down > up ? down : up;
     return (struct focus_peak){
         .position = order[peak].position,
-        .half_width = cut_below != cut_above ? (cut_below ? up : down)
-                      : cut_below            ? wide
-                                             : (down + up) / 2,
+        .half_width = choose_half_width(down, up, cut_below, cut_above),
         .height = height,
         .floor = floor,
         .samples = 1 + below + above,

@@ -38,9 +38,10 @@ static double unit_of(const struct focus_search *self, enum focus_channel channe
                                                  [FOCUS_NORMALIZED_VARIANCE] = 1,
                                                  [FOCUS_TENENGRAD] = 24,
                                                  [FOCUS_LAPLACIAN] = 20};
-    return units[channel == FOCUS_CHANNEL_TENENGRAD   ? FOCUS_TENENGRAD
-                 : channel == FOCUS_CHANNEL_LAPLACIAN ? FOCUS_LAPLACIAN
-                                                      : self->options.measure];
+    if (channel == FOCUS_CHANNEL_TENENGRAD) {
+        return units[FOCUS_TENENGRAD];
+    }
+    return units[channel == FOCUS_CHANNEL_LAPLACIAN ? FOCUS_LAPLACIAN : self->options.measure];
 }
 
 // The least relative variance of a subject.
@@ -164,9 +165,8 @@ bool focus_find_wide_peak(struct focus_search *self, double least, struct focus_
 // The peak that is wanted first.
 static unsigned choose(struct focus_search *self, struct focus_peak peaks[2]) {
     const bool nearer = peaks[1].position > peaks[0].position;
-    const bool second = self->options.choice == FOCUS_NEARER    ? nearer
-                        : self->options.choice == FOCUS_FARTHER ? !nearer
-                                                                : false;
+    const bool second = (self->options.choice == FOCUS_NEARER && nearer) ||
+                        (self->options.choice == FOCUS_FARTHER && !nearer);
     self->result.second = second ? peaks[0] : peaks[1];
     return second ? 1 : 0;
 }
