@@ -153,7 +153,10 @@ static bool is_at_rest(struct rig_lens_move *move, const struct lens_reading *re
     const int32_t way = reading->position - move->readings[0];
     const int32_t tolerance = move->movers[move->turn].settings->tolerance_counts;
     const bool same = move->alike > 0 && -tolerance <= way && way <= tolerance;
-    move->alike = reading->moving ? 0 : same ? move->alike + 1 : 1;
+    move->alike = same ? move->alike + 1 : 1;
+    if (reading->moving) {
+        move->alike = 0;
+    }
     move->readings[0] = same ? move->readings[0] : reading->position;
     return move->alike == LENS_READ_MEDIAN;
 }

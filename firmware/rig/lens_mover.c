@@ -203,7 +203,7 @@ static void follow_drift(const struct lens_mover *mover) {
     enum { NOISE_COUNTS = 2 };
     const int32_t beside = mover->middle - mover->target;
     int32_t *offset = &mover->lens->offset[mover->axis];
-    const int32_t step = beside >= NOISE_COUNTS ? -1 : beside <= -NOISE_COUNTS ? 1 : 0;
+    const int32_t step = (beside <= -NOISE_COUNTS) - (beside >= NOISE_COUNTS);
     *offset = math_clamp_int(*offset + step, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
 }
 

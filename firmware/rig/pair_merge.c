@@ -35,12 +35,17 @@ static void report(struct merging *self, uint32_t done) {
     }
 }
 
+static int32_t saturate_us(uint64_t exposure_us) {
+    if (exposure_us < 1) {
+        return 1;
+    }
+    return exposure_us < INT32_MAX ? (int32_t)exposure_us : INT32_MAX;
+}
+
 static int set_exposure(struct merging *self, unsigned side, uint64_t exposure_us) {
     struct rig *rig = self->rig;
     if (exposure_us < 1 || exposure_us > RIG_EXPOSURE_MAX_US) {
-        const int32_t number = exposure_us < 1           ? 1
-                               : exposure_us < INT32_MAX ? (int32_t)exposure_us
-                                                         : INT32_MAX;
+        const int32_t number = saturate_us(exposure_us);
         return rig_reject(rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_RANGE,
                           "the bracket's exposure # us is not supported (open the iris, or use "
                           "fewer exposures)",

@@ -64,13 +64,19 @@ void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us) {
         later(self->camera[side].settled_at_us, rig_now_us(self) + wait_us);
 }
 
+static const char *describe_source_error(int error) {
+    if (error == ERROR_UNSUPPORTED) {
+        return "it has no frames of this size (choose another window)";
+    }
+    if (error == ERROR_DEVICE) {
+        return "it is gone (check its plug, then run bringup)";
+    }
+    return "the system cannot start its frames (see the system log)";
+}
+
 static int source_failed(struct rig *self, unsigned side, int error) {
     const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
-    const char *what =
-        error == ERROR_UNSUPPORTED ? "it has no frames of this size (choose another window)"
-        : error == ERROR_DEVICE    ? "it is gone (check its plug, then run bringup)"
-                                   : "the system cannot start its frames (see the system log)";
-    return rig_part_failed(self, part, error, what);
+    return rig_part_failed(self, part, error, describe_source_error(error));
 }
 
 // A working port behind the bridge does not prove that the camera works.
@@ -111,7 +117,10 @@ static int32_t found(struct rig *self, unsigned side, enum hal_camera_control wh
     const struct hal_camera *camera = self->ports.camera[side];
     int32_t value = 0;
     const int error = camera->operations->control(camera->self, which, 0, &value);
-    return error != ERROR_OK || value < 0 ? missing : value < max ? value : max;
+    if (error != ERROR_OK || value < 0) {
+        return missing;
+    }
+    return value < max ? value : max;
 }
 
 uint16_t rig_camera_gain_of(int32_t part) {
@@ -342,14 +351,19 @@ int rig_camera_check_size(struct rig *self, unsigned side, const struct raw_imag
                           numbers);
 }
 
+static const char *describe_torn(uint32_t faults) {
+    if ((faults & HAL_CAMERA_SHORT_LINE) != 0) {
+        return "two successive frames had lines of wrong length (check its cable)";
+    }
+    if ((faults & (HAL_CAMERA_SHORT | HAL_CAMERA_LONG)) != 0) {
+        return "two successive frames had a wrong number of rows (check its cable)";
+    }
+    return "two successive frames were damaged (check its cable and plug)";
+}
+
 int rig_camera_torn(struct rig *self, unsigned side, uint32_t faults) {
     const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
     INVARIANT(faults != 0);
     rig_part_used(self, part, ERROR_FRAME);
-    const char *what = (faults & HAL_CAMERA_SHORT_LINE) != 0
-                           ? "two successive frames had lines of wrong length (check its cable)"
-                       : (faults & (HAL_CAMERA_SHORT | HAL_CAMERA_LONG)) != 0
-                           ? "two successive frames had a wrong number of rows (check its cable)"
-                           : "two successive frames were damaged (check its cable and plug)";
-    return rig_part_error(self, part, ERROR_FRAME, what, NULL);
+    return rig_part_error(self, part, ERROR_FRAME, describe_torn(faults), NULL);
 }

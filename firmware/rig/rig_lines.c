@@ -107,15 +107,22 @@ static int lowest_bit(uint16_t bits) {
     return bit;
 }
 
+static const char *describe(const struct wrong *wrong) {
+    if ((wrong->low & wrong->high) != 0) {
+        return "data line # is unstable (check its cable)";
+    }
+    if (wrong->low != 0) {
+        return "data line # always reads 0 (check its cable)";
+    }
+    return "data line # always reads 1 (check its cable)";
+}
+
 static int report(struct rig *self, unsigned side, const struct wrong *wrong) {
     const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
     const uint16_t all = wrong->low | wrong->high;
     const int32_t number = lowest_bit(all);
-    const char *what = (wrong->low & wrong->high) != 0 ? "data line # is unstable (check its cable)"
-                       : wrong->low != 0 ? "data line # always reads 0 (check its cable)"
-                                         : "data line # always reads 1 (check its cable)";
     rig_part_used(self, part, ERROR_VERIFY);
-    return rig_part_error(self, part, ERROR_VERIFY, what, &number);
+    return rig_part_error(self, part, ERROR_VERIFY, describe(wrong), &number);
 }
 
 int rig_lines_check(struct rig *self, unsigned side) {

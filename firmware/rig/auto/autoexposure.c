@@ -117,9 +117,10 @@ static void set_result(struct exposure_job *job, unsigned side,
                        struct rig_autoexposure_side *out) {
     out->exposure_us = setting->exposure_us;
     out->gain_q3 = setting->gain_q3;
-    out->iris = !exposure_has_iris(job, side) ? INT32_MIN
-                : job->iris_moved             ? job->iris
-                                              : job->before[side].iris;
+    out->iris = job->iris_moved ? job->iris : job->before[side].iris;
+    if (!exposure_has_iris(job, side)) {
+        out->iris = INT32_MIN;
+    }
     out->mean = light->measure.mean * (exposure_product(setting) / light->real_us);
     out->saturated = light->measure.saturated;
     out->middle = light->shared * (exposure_product(setting) / light->real_us);

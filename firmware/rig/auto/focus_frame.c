@@ -4,9 +4,10 @@
 #include "core/invariant.h"
 
 static enum focus_plane plane_of(const struct raw_image *image) {
-    return image->layout == RAW_BAYER_GRBG ? FOCUS_GREEN
-           : image->layout == RAW_RGB      ? FOCUS_RGB_GREEN
-                                           : FOCUS_GREY;
+    if (image->layout == RAW_BAYER_GRBG) {
+        return FOCUS_GREEN;
+    }
+    return image->layout == RAW_RGB ? FOCUS_RGB_GREEN : FOCUS_GREY;
 }
 
 struct focus_sample focus_frame_measure(const struct rig_region_frame *frame,
