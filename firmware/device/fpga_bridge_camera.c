@@ -45,11 +45,15 @@ int fpga_bridge_camera_read(struct fpga_bridge *self, unsigned camera,
     return ERROR_OK;
 }
 
+static uint16_t needed_caps(uint16_t source) {
+    if (source == BRIDGE_CAM_SELECT_SOURCE_IS_RIGHT) {
+        return BRIDGE_CAPS_CAMERA1_MASK;
+    }
+    return source == BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN ? BRIDGE_CAPS_PATTERN_MASK : 0;
+}
+
 int fpga_bridge_camera_select(struct fpga_bridge *self, uint16_t source) {
-    const unsigned caps = source == BRIDGE_CAM_SELECT_SOURCE_IS_RIGHT     ? BRIDGE_CAPS_CAMERA1_MASK
-                          : source == BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN ? BRIDGE_CAPS_PATTERN_MASK
-                                                                          : 0;
-    const int error = fpga_bridge_need(self, (uint16_t)caps);
+    const int error = fpga_bridge_need(self, needed_caps(source));
     if (error != ERROR_OK) {
         return error;
     }

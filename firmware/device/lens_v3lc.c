@@ -121,10 +121,14 @@ static bool plausible(const struct lens_v3lc *self) {
 }
 
 static void learn_timeout(struct lens_v3lc *self, uint64_t took_us) {
-    const uint64_t wanted_us = 2 * took_us + TIMEOUT_MORE_US;
-    self->timeout_us = wanted_us < LENS_V3LC_TIMEOUT_MIN_US   ? LENS_V3LC_TIMEOUT_MIN_US
-                       : wanted_us > LENS_V3LC_TIMEOUT_MAX_US ? LENS_V3LC_TIMEOUT_MAX_US
-                                                              : (uint32_t)wanted_us;
+    uint64_t wanted_us = 2 * took_us + TIMEOUT_MORE_US;
+    if (wanted_us < LENS_V3LC_TIMEOUT_MIN_US) {
+        wanted_us = LENS_V3LC_TIMEOUT_MIN_US;
+    }
+    if (wanted_us > LENS_V3LC_TIMEOUT_MAX_US) {
+        wanted_us = LENS_V3LC_TIMEOUT_MAX_US;
+    }
+    self->timeout_us = (uint32_t)wanted_us;
 }
 
 // A complete answer has arrived.

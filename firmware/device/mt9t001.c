@@ -317,8 +317,8 @@ int mt9t001_check(struct mt9t001 *self) {
         wrong += value != wanted[i].value;
         as_after_reset = as_after_reset && value == reset[i].value;
     }
-    if (error != ERROR_OK) {
+    if (error != ERROR_OK || wrong == 0) {
         return error;
     }
-    return wrong == 0 ? ERROR_OK : as_after_reset ? ERROR_RESTARTED : ERROR_VERIFY;
+    return as_after_reset ? ERROR_RESTARTED : ERROR_VERIFY;
 }

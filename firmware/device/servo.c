@@ -38,7 +38,10 @@ int32_t servo_angle_urad(const struct servo_model *model, uint16_t width_q4) {
     INVARIANT(model->q4_per_rad > 0);
     const int64_t from_centre_q4 = (int64_t)width_q4 - model->centre_q4;
     const int64_t angle = nearest(from_centre_q4 * URAD_PER_RAD, model->q4_per_rad);
-    return (int32_t)(angle < INT32_MIN ? INT32_MIN : angle > INT32_MAX ? INT32_MAX : angle);
+    if (angle < INT32_MIN) {
+        return INT32_MIN;
+    }
+    return angle > INT32_MAX ? INT32_MAX : (int32_t)angle;
 }
 
 // Time in which the horn turns by such a change, rounded up.
