@@ -47,6 +47,6 @@ long base64_decode(const char *text, void *data, size_t capacity) {
         ((uint8_t *)data)[done++] = (uint8_t)(bits >> (DIGIT_BITS - 2 * place));
     }
     // Unused bits must be 0, so that each value has exactly one encoding.
-    const uint32_t unused = length - given == 2 ? 0xf : length - given == 1 ? 0x3 : 0;
-    return length % GROUP_DIGITS == 0 && (bits & unused) == 0 ? (long)done : -1;
+    static const uint32_t unused[] = {0, 0x3, 0xf};  // by the number of '='
+    return length % GROUP_DIGITS == 0 && (bits & unused[length - given]) == 0 ? (long)done : -1;
 }

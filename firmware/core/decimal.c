@@ -137,7 +137,10 @@ size_t decimal_print_double(double value, int decimals, char text[DECIMAL_TEXT_B
     if (value > -whole_max && value < whole_max) {
         return decimal_print_integer((int64_t)value, text);
     }
-    const char *word = isnan(value) ? "nan" : value < 0 ? "-inf" : "inf";
+    const char *word = value < 0 ? "-inf" : "inf";
+    if (isnan(value)) {
+        word = "nan";
+    }
     strcpy(text, word);
     return strlen(word);
 }

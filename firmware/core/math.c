@@ -217,5 +217,8 @@ double math_ceil(double x) {
 
 double math_round(double x) {
     const double whole = truncate(x), rest = x - whole;
-    return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
+    if (rest >= 0.5) {
+        return whole + 1;
+    }
+    return rest <= -0.5 ? whole - 1 : whole;
 }
