@@ -114,7 +114,10 @@ static int version_of(const struct calibration *calibration) {
         calibration->right.kind != LENS_BROWN_CONRADY) {
         return 4;
     }
-    return !calibration->has_origin ? 1 : calibration->axes_in_sigma ? 3 : 2;
+    if (!calibration->has_origin) {
+        return 1;
+    }
+    return calibration->axes_in_sigma ? 3 : 2;
 }
 
 static int parse_all(struct keyed_reader *reader, struct calibration *result) {

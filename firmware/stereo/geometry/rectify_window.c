@@ -121,14 +121,20 @@ static double level_height(const struct levels *levels, int level) {
     return levels->top + (levels->bottom - levels->top) * level / ROW_LEVELS;
 }
 
+static int16_t find_level(double at) {
+    if (at < 0) {
+        return -1;
+    }
+    return (int16_t)(at > ROW_LEVELS ? ROW_LEVELS + 1 : (int)at);
+}
+
 // The level of each point of an outline, give or take one; those above and below all levels are
 // neighbours of the first and of the last.
 static void find_levels(const struct rectify_outline *outline, const struct levels *levels,
                         int16_t level[RECTIFY_OUTLINE_POINTS]) {
     const double per_slope = ROW_LEVELS / (levels->bottom - levels->top);
     for (int i = 0; i < RECTIFY_OUTLINE_POINTS; i++) {
-        const double at = (outline->slope[i][1] - levels->top) * per_slope;
-        level[i] = (int16_t)(at < 0 ? -1 : at > ROW_LEVELS ? ROW_LEVELS + 1 : (int)at);
+        level[i] = find_level((outline->slope[i][1] - levels->top) * per_slope);
     }
 }
 

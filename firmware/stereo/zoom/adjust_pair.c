@@ -416,11 +416,13 @@ void adjust_pair_assess(const struct adjust_picture *picture, const struct adjus
     // Rows may fit while the depth does not: the word considers both. Where a sensor skips pixels,
     // texture aliases, and matches alone are so far apart: 0.5 px at every 4th, 0.9 at every 6th.
     const bool apart = report->rows_px > 0.6 && picture->window[0].skip <= 1;
-    report->health = report->used > 0 && (report->chi_square_score > 4 || apart) ? ADJUST_CALIBRATE
-                     : adjust_pair_is_lost(report)                               ? ADJUST_CALIBRATE
-                     : report->used == 0 || report->depth.after > 2.5e-3 * report->depth_mm
-                         ? ADJUST_TOUCH_UP
-                         : ADJUST_GOOD;
+    const bool misfit = report->used > 0 && (report->chi_square_score > 4 || apart);
+    report->health = ADJUST_GOOD;
+    if (misfit || adjust_pair_is_lost(report)) {
+        report->health = ADJUST_CALIBRATE;
+    } else if (report->used == 0 || report->depth.after > 2.5e-3 * report->depth_mm) {
+        report->health = ADJUST_TOUCH_UP;
+    }
 }
 
 int adjust_pair(const struct adjust_picture *picture, struct arena *arena,

@@ -66,9 +66,11 @@ static void add_deviation(struct prior *prior, double *number, double sigma, dou
 enum motor { PAN, ZOOM, FOCUS };
 
 static double *position(struct prior *prior, int state, int side, enum motor motor) {
-    return motor == PAN    ? &prior->state[state].side[side].pan_rad
-           : motor == ZOOM ? &prior->state[state].side[side].zoom_counts
-                           : &prior->state[state].side[side].focus_counts;
+    struct zoom_camera_state *at = &prior->state[state].side[side];
+    if (motor == PAN) {
+        return &at->pan_rad;
+    }
+    return motor == ZOOM ? &at->zoom_counts : &at->focus_counts;
 }
 
 // The same deviation in all states.

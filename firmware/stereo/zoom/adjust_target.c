@@ -214,16 +214,24 @@ static double off_line(const double a[3], const double b[3], const double c[3]) 
     return geometry_norm(normal);
 }
 
+// How far point i is from the chosen point, or from the line of the first two; 1 if none is chosen.
+static double measure_spread(const double (*point)[3], const int *chosen, int count, int i) {
+    if (count == 0) {
+        return 1;
+    }
+    if (count == 1) {
+        return distance2(point[chosen[0]], point[i]);
+    }
+    return off_line(point[chosen[0]], point[chosen[1]], point[i]);
+}
+
 // The next point that both cameras see, as far as possible from the ones before; -1: none.
 static int next_point(const struct camera_view *view, const struct adjust_target *target,
                       const int *chosen, int count) {
     int best = -1;
     double most = 1e-9, at[3];
     for (int i = 0; i < target->points; i++) {
-        const double(*point)[3] = target->point_mm;
-        const double far = count == 0   ? 1
-                           : count == 1 ? distance2(point[chosen[0]], point[i])
-                                        : off_line(point[chosen[0]], point[chosen[1]], point[i]);
+        const double far = measure_spread(target->point_mm, chosen, count, i);
         if (far > most && meet(view, target, i, at)) {
             most = far;
             best = i;

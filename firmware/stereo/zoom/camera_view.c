@@ -123,10 +123,11 @@ static void lens_derivatives(const struct lens *lens, const double ideal[2], con
 
 bool camera_view_project(const struct camera_view *view, const struct far_point *point,
                          double pixel_px[2], double (*of_view)[VIEW_TERMS], double (*of_point)[3]) {
+    const double ray[3] = {point->x, point->y, 1};
     double arm[3], direction[3], seen[3];
     for (int i = 0; i < 3; i++) {
         arm[i] = point->origin_mm[i] - view->position_mm[i];
-        direction[i] = (i == 0 ? point->x : i == 1 ? point->y : 1.0) + point->w * arm[i];
+        direction[i] = ray[i] + point->w * arm[i];
     }
     geometry_rotate_back(view->R_instrument_camera, direction, seen);
     if (!(seen[2] > 0)) {

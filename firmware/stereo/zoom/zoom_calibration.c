@@ -39,7 +39,11 @@ double zoom_range_unit(const struct zoom_range *range, double value) {
 void zoom_chebyshev(double u, int count, double *value) {
     INVARIANT(count >= 0 && count <= ZOOM_TERMS_MAX);
     for (int i = 0; i < count; i++) {
-        value[i] = i == 0 ? 1 : i == 1 ? u : 2 * u * value[i - 1] - value[i - 2];
+        if (i < 2) {
+            value[i] = i == 0 ? 1 : u;
+            continue;
+        }
+        value[i] = 2 * u * value[i - 1] - value[i - 2];
     }
 }
 

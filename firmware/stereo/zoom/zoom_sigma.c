@@ -86,6 +86,14 @@ static void derivatives(struct propagation *at, const struct zoom_calibration *c
     }
 }
 
+// The part to which the covariance of two parameters belongs.
+static double *choose_part(struct zoom_variance *variance, bool mount_i, bool mount_j) {
+    if (mount_i != mount_j) {
+        return &variance->cross;
+    }
+    return mount_i ? &variance->mount : &variance->lens;
+}
+
 // Adds g^T C g for each value, by parts.
 static void add_parts(const struct zoom_calibration *calibration, const bool mount[],
                       double change[][TOGETHER], int values, struct zoom_variance *variance) {
@@ -95,9 +103,7 @@ static void add_parts(const struct zoom_calibration *calibration, const bool mou
         for (int j = 0; j <= i; j++) {
             const double covariance = (i == j ? 1 : 2) * row[j];
             for (int k = 0; k < values && covariance != 0; k++) {
-                double *part = mount[i] != mount[j] ? &variance[k].cross
-                               : mount[i]           ? &variance[k].mount
-                                                    : &variance[k].lens;
+                double *part = choose_part(&variance[k], mount[i], mount[j]);
                 *part += covariance * change[i][k] * change[j][k];
             }
         }
