@@ -342,9 +342,12 @@ static enum measure_advice advice_for(const struct measure *self) {
 static void advise(struct measure *self, const struct measure_event *event) {
     struct measure_result *result = &self->result;
     result->advice = advice_for(self);
-    result->advised_mm = result->advice == MEASURE_ADVICE_BOARD         ? event->surface.board_mm
-                         : result->advice == MEASURE_ADVICE_SECOND_ZOOM ? event->surface.other_mm
-                                                                        : 0;
+    result->advised_mm = 0;
+    if (result->advice == MEASURE_ADVICE_BOARD) {
+        result->advised_mm = event->surface.board_mm;
+    } else if (result->advice == MEASURE_ADVICE_SECOND_ZOOM) {
+        result->advised_mm = event->surface.other_mm;
+    }
     if (result->advised_mm > MEASURE_ADVICE_GAIN * result->common_mm) {
         result->advice = MEASURE_ADVICE_NOTHING;
         result->advised_mm = 0;

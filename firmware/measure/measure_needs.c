@@ -146,12 +146,15 @@ double measure_centred(const struct measure *self) {
     struct zoom_state state;
     struct zoom_field field;
     bool nearest;
-    return self->subject_known && measure_state_for(self, &state, &nearest) &&
-                   zoom_field_at(measure_model(self), &self->instrument.frames, &state,
-                                 self->point_mm, &field) == ERROR_OK
-               ? zoom_field_centred(measure_model(self), &self->instrument.frames, &state, &field)
-           : self->subject_known && measure_may_zoom(self) ? 0
-                                                           : 1;
+    if (!self->subject_known) {
+        return 1;
+    }
+    if (measure_state_for(self, &state, &nearest) &&
+        zoom_field_at(measure_model(self), &self->instrument.frames, &state, self->point_mm,
+                      &field) == ERROR_OK) {
+        return zoom_field_centred(measure_model(self), &self->instrument.frames, &state, &field);
+    }
+    return measure_may_zoom(self) ? 0 : 1;
 }
 
 // ---- which phases are needed

@@ -114,6 +114,16 @@ bool measure_prepare_iris(struct measure *self, struct measure_step *step) {
     return true;
 }
 
+static enum measure_why choose_focus_reason(const struct measure *self) {
+    if (self->tries > 0) {
+        return MEASURE_WHY_FOCUS_AGAIN;
+    }
+    if (self->refocused) {
+        return MEASURE_WHY_FOCUS_SURFACE;
+    }
+    return self->focus_missed ? MEASURE_WHY_FOCUS_CALIBRATED : MEASURE_WHY_FOCUS_KNOWN;
+}
+
 // To the middle of the depth, or of what is known of it: the calibration was focused by pictures,
 // so that it places a lens better than a search does in which a table may be sharper than the
 // subject.
@@ -134,11 +144,6 @@ bool measure_prepare_middle(struct measure *self, struct measure_step *step) {
     }
     step->kind = MEASURE_STEP_FOCUS;
     step->axes = to;
-    measure_explain(step,
-                    self->tries > 0      ? MEASURE_WHY_FOCUS_AGAIN
-                    : self->refocused    ? MEASURE_WHY_FOCUS_SURFACE
-                    : self->focus_missed ? MEASURE_WHY_FOCUS_CALIBRATED
-                                         : MEASURE_WHY_FOCUS_KNOWN,
-                    distance_mm, 0, 0, 0);
+    measure_explain(step, choose_focus_reason(self), distance_mm, 0, 0, 0);
     return true;
 }

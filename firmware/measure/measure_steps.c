@@ -85,11 +85,11 @@ static bool prepare_light(struct measure *self, struct measure_step *step) {
     const bool for_depth = self->phase == MEASURE_LIGHT && measure_may_move(self) &&
                            self->near_mm > 0 && !self->iris_opens;
     step->keep_iris = for_depth || !measure_may_move(self);
-    measure_explain(step,
-                    for_depth          ? MEASURE_WHY_LIGHT_KEEPS_IRIS
-                    : self->iris_opens ? MEASURE_WHY_LIGHT_OPENS_IRIS
-                                       : MEASURE_WHY_SEE,
-                    self->f_number, 0, 0, 0);
+    enum measure_why why = self->iris_opens ? MEASURE_WHY_LIGHT_OPENS_IRIS : MEASURE_WHY_SEE;
+    if (for_depth) {
+        why = MEASURE_WHY_LIGHT_KEEPS_IRIS;
+    }
+    measure_explain(step, why, self->f_number, 0, 0, 0);
     return true;
 }
 
@@ -121,16 +121,26 @@ static bool prepare_focus(struct measure *self, struct measure_step *step) {
     return true;
 }
 
+static enum measure_why choose_pair_reason(const struct measure *self) {
+    if (self->tries > 0) {
+        return MEASURE_WHY_AGAIN;
+    }
+    switch (self->phase) {
+        case MEASURE_WIDE_PAIR:
+            return MEASURE_WHY_DISTANCE;
+        case MEASURE_AIMED_PAIR:
+            return MEASURE_WHY_PAN_RESTS;
+        case MEASURE_OTHER_PAIR:
+            return MEASURE_WHY_OTHER_ZOOM;
+        default:
+            return MEASURE_WHY_TAKE;
+    }
+}
+
 static bool prepare_pair(struct measure *self, struct measure_step *step) {
     step->kind = MEASURE_STEP_PAIR;
     place(self, step);
-    measure_explain(step,
-                    self->tries > 0                     ? MEASURE_WHY_AGAIN
-                    : self->phase == MEASURE_WIDE_PAIR  ? MEASURE_WHY_DISTANCE
-                    : self->phase == MEASURE_AIMED_PAIR ? MEASURE_WHY_PAN_RESTS
-                    : self->phase == MEASURE_OTHER_PAIR ? MEASURE_WHY_OTHER_ZOOM
-                                                        : MEASURE_WHY_TAKE,
-                    self->other_factor, 0, 0, 0);
+    measure_explain(step, choose_pair_reason(self), self->other_factor, 0, 0, 0);
     return true;
 }
 
@@ -267,11 +277,11 @@ static bool prepare_surface(struct measure *self, struct measure_step *step) {
                                  self->near_mm - MEASURE_SEARCH_MARGIN * self->distance_mm);
         step->far_mm = search_far_mm(self, step->near_mm, step->scale);
     }
-    measure_explain(step,
-                    self->alone         ? MEASURE_WHY_COMPUTE_ALONE
-                    : step->near_mm > 0 ? MEASURE_WHY_COMPUTE
-                                        : MEASURE_WHY_COMPUTE_ALL,
-                    step->near_mm, step->far_mm, 0, 0);
+    enum measure_why why = step->near_mm > 0 ? MEASURE_WHY_COMPUTE : MEASURE_WHY_COMPUTE_ALL;
+    if (self->alone) {
+        why = MEASURE_WHY_COMPUTE_ALONE;
+    }
+    measure_explain(step, why, step->near_mm, step->far_mm, 0, 0);
     return true;
 }
 

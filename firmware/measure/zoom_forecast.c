@@ -29,6 +29,16 @@ static double factor_of(const struct zoom_calibration *calibration,
     return zoom_function_value(left, ZOOM_FOCAL, state->side[0].zoom_counts) / least;
 }
 
+static enum zoom_forecast_limit find_limit(const struct zoom_forecast *forecast, double blur_mm) {
+    if (forecast->has_iris && forecast->iris.blur_mm > MEASURE_BLURRED_PX * blur_mm) {
+        return ZOOM_FORECAST_DEPTH;
+    }
+    if (forecast->common_mm > MEASURE_COMMON_FACTOR * forecast->point_mm) {
+        return ZOOM_FORECAST_COMMON;
+    }
+    return ZOOM_FORECAST_PIXELS;
+}
+
 int zoom_forecast_at(const struct zoom_calibration *calibration, const struct zoom_frames *frames,
                      const struct zoom_state *state, const double point_mm[3], double near_mm,
                      double far_mm, const struct depth_iris_limits *limits,
@@ -56,10 +66,7 @@ int zoom_forecast_at(const struct zoom_calibration *calibration, const struct zo
     found.factor = factor_of(calibration, state);
     found.point_mm = MEASURE_DISPARITY_PX * found.field.depth_per_px_mm;
     found.common_mm = sqrt(math_max(0, zoom_variance_sum(&variance)));
-    found.limit = limits != NULL && found.iris.blur_mm > MEASURE_BLURRED_PX * blur_mm
-                      ? ZOOM_FORECAST_DEPTH
-                  : found.common_mm > MEASURE_COMMON_FACTOR * found.point_mm ? ZOOM_FORECAST_COMMON
-                                                                             : ZOOM_FORECAST_PIXELS;
+    found.limit = find_limit(&found, blur_mm);
     *forecast = found;
     return ERROR_OK;
 }
