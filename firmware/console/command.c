@@ -88,9 +88,10 @@ static bool is_number(const struct command_argument *argument) {
 
 /// What is wrong with a text that should be a number.
 static const char *not_one(const struct command_argument *argument) {
-    return argument->count > 1                 ? " is invalid"
-           : argument->kind == COMMAND_INTEGER ? " is not an integer"
-                                               : " is not a number";
+    if (argument->count > 1) {
+        return " is invalid";
+    }
+    return argument->kind == COMMAND_INTEGER ? " is not an integer" : " is not a number";
 }
 
 /// Rounds to an integer. False: the number had to be one.
@@ -355,9 +356,10 @@ static bool is_bare_value(const struct command_argument *argument, const char *w
     if (!command_argument_is_option(argument)) {
         return false;
     }
-    return argument->kind == COMMAND_FLAG     ? strcmp(word, argument->name) == 0
-           : argument->kind == COMMAND_CHOICE ? command_words_choice(word, argument->choices) >= 0
-                                              : false;
+    if (argument->kind == COMMAND_FLAG) {
+        return strcmp(word, argument->name) == 0;
+    }
+    return argument->kind == COMMAND_CHOICE && command_words_choice(word, argument->choices) >= 0;
 }
 
 /// Rejects a word that is neither an option nor an expected operand, and says what to write.

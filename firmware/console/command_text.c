@@ -61,6 +61,16 @@ void command_text_add_typed(struct command_text *text, const char *added) {
     }
 }
 
+int command_text_decimals(double size) {
+    if (size < 1) {
+        return 3;
+    }
+    if (size < 10) {
+        return 2;
+    }
+    return size < 100 ? 1 : 0;
+}
+
 void command_text_add_number(struct command_text *text, double value, int decimals) {
     INVARIANT(decimals >= 0 && decimals <= COMMAND_TEXT_DECIMALS_MAX);
     int64_t scaled = 0;

@@ -34,6 +34,8 @@ enum { COMMAND_TEXT_DECIMALS_MAX = 9 };
 /// Appends a number with at most `decimals` (0 .. COMMAND_TEXT_DECIMALS_MAX) decimals, without
 /// trailing zeros, and with fewer if it is large. |value| <= 1e15; beyond that "?".
 void command_text_add_number(struct command_text *text, double value, int decimals);
+/// Decimals with which a number of this size (its absolute value) has three digits.
+int command_text_decimals(double size);
 void command_text_add_integer(struct command_text *text, int64_t value);
 /// Appends " UNIT" unless `unit` is NULL.
 void command_text_add_unit(struct command_text *text, const char *unit);

@@ -18,7 +18,8 @@ static void add_choices(struct command_text *text, const char *choices, const ch
     char next[COMMAND_CHOICE_MAX];
     for (int i = 0; command_words_choice_at(choices, i, word); i++) {
         const bool more = command_words_choice_at(choices, i + 1, next);
-        command_text_join(text, i == 0 ? "" : more ? between : last, word);
+        const char *separator = more ? between : last;
+        command_text_join(text, i == 0 ? "" : separator, word);
     }
 }
 

@@ -242,7 +242,10 @@ static double size_of(const char *unit, char *kind) {
 static double ratio_of(const char *from, const char *to) {
     char kind = '\0', other = '\0';
     const double size = size_of(from, &kind), own = size_of(to, &other);
-    return strcmp(from, to) == 0 ? 1 : size > 0 && kind == other ? size / own : 0;
+    if (strcmp(from, to) == 0) {
+        return 1;
+    }
+    return size > 0 && kind == other ? size / own : 0;
 }
 
 int command_words_unit(const char *unit, const char *accepted, double *ratio) {

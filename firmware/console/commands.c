@@ -41,6 +41,13 @@ int commands_not_ready(const struct command_call *call, const char *name) {
     return ERROR_NOT_READY;
 }
 
+static const struct rig_error *find_recorded(const struct rig *rig, int error) {
+    if (rig->rejected.error == error) {
+        return &rig->rejected;
+    }
+    return rig->last_error.error == error ? &rig->last_error : NULL;
+}
+
 /// Writes the message of a command that failed without one: the failure of a part or the rejected
 /// value was recorded where it happened.
 static void report_error(const struct command *command, const struct command_call *call,
@@ -48,10 +55,7 @@ static void report_error(const struct command *command, const struct command_cal
     struct command_text sentence = commands_sentence(call);
     const struct rig_error *reported = NULL;
     if ((command->flags & COMMAND_NO_RIG) == 0) {
-        const struct rig *rig = call->rig;
-        reported = rig->rejected.error == error     ? &rig->rejected
-                   : rig->last_error.error == error ? &rig->last_error
-                                                    : NULL;
+        reported = find_recorded(call->rig, error);
     }
     if (reported != NULL && reported->text[0] != '\0') {
         command_text_add(&sentence, reported->text);

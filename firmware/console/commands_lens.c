@@ -46,18 +46,21 @@ void commands_lens_distance(const struct command_call *call, const char *key, do
 
 // ---- status
 
+static uint32_t count_points(const struct lens_learned *learned, enum lens_axis axis) {
+    if (axis == LENS_FOCUS) {
+        return learned->focus.count;
+    }
+    return axis == LENS_IRIS ? learned->iris.count : 0;
+}
+
 /// Where the meaning of an axis comes from.
 static void put_knowledge(const struct command_call *call, unsigned side, enum lens_axis axis) {
     static const enum rig_optics_relation relations[LENS_AXES] = {
         RIG_OPTICS_FOCAL_LENGTH, RIG_OPTICS_DISTANCE, RIG_OPTICS_F_NUMBER};
-    const struct lens_learned *learned = &call->rig->camera[side].lens.learned;
-    const uint32_t points = axis == LENS_FOCUS  ? learned->focus.count
-                            : axis == LENS_IRIS ? learned->iris.count
-                                                : 0;
-    reply_text(call, "known",
-               points > 0                                               ? "learned"
-               : rig_optics_missing(call->rig, relations[axis]) == NULL ? "data sheet"
-                                                                        : "no");
+    const uint32_t points = count_points(&call->rig->camera[side].lens.learned, axis);
+    const bool stated = rig_optics_missing(call->rig, relations[axis]) == NULL;
+    const char *other = stated ? "data sheet" : "no";
+    reply_text(call, "known", points > 0 ? "learned" : other);
     if (points > 0) {
         reply_number(call, "points", points, 0, NULL);
     }

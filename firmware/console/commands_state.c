@@ -107,13 +107,17 @@ static void put_state(const struct command_call *call, enum rig_part part, const
     }
 }
 
+static const char *part_state(const struct rig_part_health *health) {
+    if (!health->present) {
+        return "missing";
+    }
+    return health->error == ERROR_OK ? "works" : error_text(health->error);
+}
+
 static void put_part(const struct command_call *call, enum rig_part part, uint64_t now_us) {
     const struct rig_part_health *health = &call->rig->health[part];
     reply_group_begin(call, NULL, false);
-    put_state(call, part,
-              !health->present            ? "missing"
-              : health->error == ERROR_OK ? "works"
-                                          : error_text(health->error));
+    put_state(call, part, part_state(health));
     reply_number(call, "uses", health->uses, 0, NULL);
     reply_number(call, "failures", health->failures, 0, NULL);
     if (health->last_us != 0 && now_us >= health->last_us) {

@@ -53,7 +53,7 @@ static void add_figure(struct command_text *text, double value) {
         command_text_add(text, "infinity");
         return;
     }
-    command_text_add_number(text, value, size < 1 ? 3 : size < 10 ? 2 : size < 100 ? 1 : 0);
+    command_text_add_number(text, value, command_text_decimals(size));
 }
 
 void measure_text_add_step(struct command_text *text, const struct measure_step *step) {

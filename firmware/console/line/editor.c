@@ -347,7 +347,10 @@ static void edit_key(struct editor *self, char parameter) {
 /// Processes a byte of an escape sequence (ECMA-48: ESC [ parameters letter; ESC O letter).
 static void feed_escape(struct editor *self, char byte) {
     if (self->escape == ESCAPE_BEGUN) {
-        self->escape = byte == '[' ? ESCAPE_BRACKET : byte == 'O' ? ESCAPE_SS3 : ESCAPE_NONE;
+        self->escape = byte == 'O' ? ESCAPE_SS3 : ESCAPE_NONE;
+        if (byte == '[') {
+            self->escape = ESCAPE_BRACKET;
+        }
         self->parameter = '\0';
         return;
     }

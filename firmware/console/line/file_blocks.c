@@ -91,13 +91,17 @@ const char *file_blocks_new_name_fault(const char *name) {
     static const char good[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.+=,@";
     const char *fault = file_blocks_name_fault(name);
-    return fault != NULL ? fault
-           : name[0] == '-'
-               ? "not a plain name (no - at the beginning: it would be an option of the programs "
-                 "that read it)"
-           : name[strspn(name, good)] != '\0'
-               ? "invalid character (allowed: A-Z a-z 0-9 - _ . + = , @)"
-               : NULL;
+    if (fault != NULL) {
+        return fault;
+    }
+    if (name[0] == '-') {
+        return "not a plain name (no - at the beginning: it would be an option of the programs "
+               "that read it)";
+    }
+    if (name[strspn(name, good)] != '\0') {
+        return "invalid character (allowed: A-Z a-z 0-9 - _ . + = , @)";
+    }
+    return NULL;
 }
 
 bool file_blocks_parse_crc(const char *text, uint32_t *crc) {

@@ -115,7 +115,8 @@ static void put_key(struct reply *self, const char *key, bool group) {
         return;
     }
     put_string(self, key);
-    put_string(self, group && !in_line ? ":" : in_line ? " " : ": ");
+    const char *separator = group ? ":" : ": ";
+    put_string(self, in_line ? " " : separator);
 }
 
 static void put_number(void *cookie, const char *key, double value, int decimals,

@@ -15,7 +15,10 @@ static const char crc_option[] = "crc=";
 
 static int hex_digit(char c) {
     const int letter = c | 0x20;
-    return c >= '0' && c <= '9' ? c - '0' : letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : -1;
+    if (c >= '0' && c <= '9') {
+        return c - '0';
+    }
+    return letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : -1;
 }
 
 /// Reads an option that is a CRC. False: it is another one.

@@ -37,7 +37,8 @@ void measure_report_pair(struct measure_report *self, enum measure_phase phase,
         return;
     }
     self->f_number = f_number;
-    self->exposures = left->parts > 0 ? left->parts : left->exposure_us != 0 ? 1 : 0;
+    const int single = left->exposure_us != 0 ? 1 : 0;
+    self->exposures = left->parts > 0 ? left->parts : single;
     for (int i = 0; i < self->exposures; i++) {
         self->exposure_us[i] = left->parts > 0 ? left->part[i].exposure_us : left->exposure_us;
     }
@@ -111,11 +112,11 @@ void measure_report_failure(const struct measure_report *self, const struct meas
     const size_t lead = strncmp(why, own, sizeof own - 1) == 0 ? sizeof own - 1 : 0;
     command_text_join(text, measure_phase_text(result->phase),
                       result->error == ERROR_NO_SURFACE ? ": no surface: " : ": ");
-    add_part(text,
-             result->error == ERROR_CANCELLED ? "cancelled"
-             : why[0] != '\0'                 ? why + lead
-                                              : error_text(result->error),
-             WHY_SHOWN);
+    const char *reason = why[0] != '\0' ? why + lead : error_text(result->error);
+    if (result->error == ERROR_CANCELLED) {
+        reason = "cancelled";
+    }
+    add_part(text, reason, WHY_SHOWN);
     if (self->captures > 0 && session != NULL) {
         command_text_add(text, "; ");
         add_part(text, session, SESSION_SHOWN);

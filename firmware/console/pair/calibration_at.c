@@ -97,14 +97,19 @@ static int refuse_state(const struct zoom_calibration *zoom, const struct zoom_s
     const struct zoom_camera *camera = &zoom->camera[side];
     const bool pan = strstr(fault->field, "pan") != NULL;
     const bool focus = strstr(fault->field, "focus") != NULL;
-    const struct zoom_range *range = pan     ? &camera->pan_rad
-                                     : focus ? &camera->focus
-                                             : &camera->zoom;
-    const double at = pan     ? state->side[side].pan_rad
-                      : focus ? state->side[side].focus_counts
-                              : state->side[side].zoom_counts;
+    const struct zoom_range *range = &camera->zoom;
+    double at = state->side[side].zoom_counts;
+    int axis = CALIBRATION_ZOOM;
+    if (pan) {
+        range = &camera->pan_rad;
+        at = state->side[side].pan_rad;
+        axis = CALIBRATION_PAN;
+    } else if (focus) {
+        range = &camera->focus;
+        at = state->side[side].focus_counts;
+        axis = CALIBRATION_FOCUS;
+    }
     const double unit = pan ? MATH_RAD_PER_DEGREE : 1;
-    const int axis = pan ? CALIBRATION_PAN : focus ? CALIBRATION_FOCUS : CALIBRATION_ZOOM;
     return command_text_message(
         message, ERROR_MISMATCH, "%s %s is at %.*f %s, outside the calibrated %.*f to %.*f %s%s",
         rig_side_names[side], calibration_reply_axis_name(axis), pan ? 3 : 1, at / unit,

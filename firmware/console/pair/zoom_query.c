@@ -95,7 +95,7 @@ static double nearest_mm(const struct zoom_query *self) {
 
 /// With three digits.
 static void add_wish(struct command_text *text, double value) {
-    command_text_add_number(text, value, value < 1 ? 3 : value < 10 ? 2 : value < 100 ? 1 : 0);
+    command_text_add_number(text, value, command_text_decimals(value));
 }
 
 static int refuse_wish(const struct zoom_query *self, int error, const struct zoom_range *reach) {
