@@ -66,7 +66,10 @@ static int refuse(const struct command_call *call, int error, const char *name, 
 }
 
 static const char *name_of(size_t file) {
-    return file == MEMORY_FILE_SENT ? is_sent() ? sent.name : "" : files[file].name;
+    if (file != MEMORY_FILE_SENT) {
+        return files[file].name;
+    }
+    return is_sent() ? sent.name : "";
 }
 
 static struct file find(const char *name) {

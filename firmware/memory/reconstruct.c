@@ -19,10 +19,13 @@ static const char *search_fault(const struct command_value *values) {
     if (far && !(near && values[NEAR].number < values[FAR].number)) {
         return "far requires a near that is less";
     }
-    return !values[DISPARITY].given               ? NULL
-           : near                                 ? "near cannot be combined with disparity"
-           : !(values[DISPARITY].numbers[1] >= 1) ? "disparity MIN:COUNT is empty"
-                                                  : NULL;
+    if (!values[DISPARITY].given) {
+        return NULL;
+    }
+    if (near) {
+        return "near cannot be combined with disparity";
+    }
+    return values[DISPARITY].numbers[1] >= 1 ? NULL : "disparity MIN:COUNT is empty";
 }
 
 static int choose_options(const struct command_call *call, struct reconstruct_options *options) {

@@ -90,9 +90,10 @@ static int make_calibration(void) {
     };
     struct message message;
     const int error = surface_calibration_make(&request, self.arena, &self.calibration, &message);
-    return error != ERROR_OK ? refuse(error, message.text)
-           : should_stop()   ? ERROR_CANCELLED
-                             : ERROR_OK;
+    if (error != ERROR_OK) {
+        return refuse(error, message.text);
+    }
+    return should_stop() ? ERROR_CANCELLED : ERROR_OK;
 }
 
 static size_t packed_bytes(int width) {

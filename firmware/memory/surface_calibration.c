@@ -77,7 +77,9 @@ int surface_calibration_make(const struct surface_calibration_request *request, 
     const struct zoom_calibration *zoom = memory_calibration_zoom();
     memset(self, 0, sizeof *self);
     const int error = choose(request, self, message);
-    return error != ERROR_OK                 ? error
-           : request->adjust && zoom != NULL ? adjust(request, zoom, arena, self, message)
-                                             : fit(request->pair, &self->calibration, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    return request->adjust && zoom != NULL ? adjust(request, zoom, arena, self, message)
+                                           : fit(request->pair, &self->calibration, message);
 }
