@@ -209,14 +209,13 @@ static void follow_drift(const struct lens_mover *mover) {
 
 // The present leg of a coarse move is over: near its goal, or past it.
 static bool is_near(const struct lens_mover *mover, bool moving) {
-    const struct lens_abilities *abilities = &mover->lens->drive.controller->driver->abilities;
+    const bool reads_position = mover->lens->drive.controller->driver->abilities.reads_position;
     const bool past =
         mover->goal < mover->begin ? mover->middle < mover->goal : mover->middle > mover->goal;
     // To an end of the range it goes as far as it can.
     const bool at_end = mover->goal == mover->min || mover->goal == mover->max;
     const int32_t near = at_end ? mover->settings->tolerance_counts : LENS_MOVE_STEP_COUNTS;
-    return abilities->reads_position ? past || distance(mover->middle, mover->goal) <= near
-                                     : !moving;
+    return reads_position ? past || distance(mover->middle, mover->goal) <= near : !moving;
 }
 
 // The target is not approached as a later move may need it.
