@@ -285,6 +285,14 @@ void shell_completion_add(FILE *file, const char *key, const char *word) {
     fprintf(file, "_vergence_words['%s']+=' %s'\n", key, word);
 }
 
+static const char *completions_of(const struct command_argument *option) {
+    if (option->kind == COMMAND_CHOICE) {
+        return option->choices;
+    }
+    // An instrument is completed with the addresses known on this machine.
+    return strcmp(option->name, "connect") == 0 ? "@addresses" : "";
+}
+
 void shell_completion_options(FILE *file, const struct option_page *page) {
     char dashed[64];
     for (unsigned i = 0; i < page->option_count; i++) {
@@ -295,12 +303,7 @@ void shell_completion_options(FILE *file, const struct option_page *page) {
         if (option->kind == COMMAND_FLAG) {
             continue;
         }
-        // An instrument is completed with the addresses known on this machine.
-        const bool address = strcmp(option->name, "connect") == 0;
-        shell_completion_print(file, page->command, dashed,
-                               option->kind == COMMAND_CHOICE ? option->choices
-                               : address                      ? "@addresses"
-                                                              : "");
+        shell_completion_print(file, page->command, dashed, completions_of(option));
     }
     shell_completion_add(file, page->command, "--help");
 }

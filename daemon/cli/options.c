@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/message.h"
+#include "daemon/base/process.h"
 #include "daemon/cli/help.h"
 
 enum { MANUAL_SECTION = 1 };
@@ -113,13 +114,25 @@ int options_read(const struct option_page *page, int argc, char **argv, void *va
     return ERROR_OK;
 }
 
-/// Bytes of an option's value.
-static size_t value_bytes(const struct command_argument *option) {
+size_t options_value_bytes(const struct command_argument *option) {
     const size_t numbers = option->count > 0 ? (size_t)option->count : 1;
-    return option->kind == COMMAND_FLAG     ? sizeof(bool)
-           : option->kind == COMMAND_TEXT   ? sizeof(const char *)
-           : option->kind == COMMAND_NUMBER ? numbers * sizeof(double)
-                                            : numbers * sizeof(int);
+    switch (option->kind) {
+        case COMMAND_FLAG:
+            return sizeof(bool);
+        case COMMAND_TEXT:
+            return sizeof(const char *);
+        case COMMAND_NUMBER:
+            return numbers * sizeof(double);
+        default:
+            return numbers * sizeof(int);
+    }
+}
+
+int options_exit_code(int error) {
+    if (error == ERROR_CANCELLED) {
+        return interrupt_exit_code();
+    }
+    return error == ERROR_MEMORY ? CLIENT_FAILED : CLIENT_BAD_INPUT;
 }
 
 static bool is_listed(const char *names, const char *name) {
@@ -139,7 +152,7 @@ const char *options_find_other(const struct option_page *page, const char *names
         const struct command_argument *option = &page->options[i];
         if (!is_listed(names, option->name) &&
             memcmp((const char *)values + option->offset, (const char *)defaults + option->offset,
-                   value_bytes(option)) != 0) {
+                   options_value_bytes(option)) != 0) {
             return option->name;
         }
     }

@@ -29,6 +29,13 @@ int options_read(const struct option_page *page, int argc, char **argv, void *va
 const char *options_find_other(const struct option_page *page, const char *names,
                                const void *values, const void *defaults);
 
+/// Bytes of an option's value in the command's own struct.
+size_t options_value_bytes(const struct command_argument *option);
+
+/// Exit code of a command that ends with `error`, which is not ERROR_OK: the signal's after
+/// ERROR_CANCELLED, CLIENT_FAILED after ERROR_MEMORY, otherwise CLIENT_BAD_INPUT.
+int options_exit_code(int error);
+
 /// Replaces the option `old` of earlier versions by the present one, with a note. At most once in a
 /// process.
 void options_rename(int argc, char **argv, const char *old, const char *now);

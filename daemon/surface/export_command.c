@@ -324,10 +324,10 @@ static int export_session(struct run *self) {
 }
 
 static int exit_code_of(const struct run *self, int error) {
-    return error == ERROR_OK                            ? CLIENT_OK
-           : error == ERROR_CANCELLED                   ? interrupt_exit_code()
-           : self->failed_here || error == ERROR_MEMORY ? CLIENT_FAILED
-                                                        : CLIENT_BAD_INPUT;
+    if (self->failed_here && error != ERROR_CANCELLED) {
+        return CLIENT_FAILED;
+    }
+    return options_exit_code(error);
 }
 
 /// Whether options are given that exclude each other, with one line about it.
@@ -373,7 +373,7 @@ static int export_as_images(struct run *self) {
     }
     free(self->names);
     free(self->files);
-    return exit_code_of(self, error);
+    return error == ERROR_OK ? CLIENT_OK : exit_code_of(self, error);
 }
 
 int export_command_run(int argc, char **argv, export_recording_writer *write_recording) {

@@ -14,6 +14,7 @@
 #include "daemon/base/monotonic.h"
 #include "daemon/base/process.h"
 #include "daemon/base/workers.h"
+#include "daemon/cli/options.h"
 #include "daemon/files/directory_names.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/surface/result/pairs_table.h"
@@ -144,10 +145,7 @@ static void print_setting(FILE *stream, const struct command_argument *argument,
         }
         return;
     }
-    const size_t bytes = argument->kind == COMMAND_FLAG     ? sizeof(bool)
-                         : argument->kind == COMMAND_NUMBER ? sizeof(double)
-                                                            : sizeof(int);
-    if (memcmp(field, unset, (size_t)count * bytes) == 0) {
+    if (memcmp(field, unset, options_value_bytes(argument)) == 0) {
         return;
     }
     fprintf(stream, " --%s", argument->name);
@@ -183,6 +181,19 @@ static bool print_settings(const struct reconstruct_request *request, const char
     return fclose(stream) == 0 && !failed;
 }
 
+/// Adds a session, with its name as label unless it is `alone`, or a directory of sessions.
+static int add_path(struct pairs_table *table, const char *path, bool alone,
+                    struct message *message) {
+    if (!session_pairs_here(path)) {
+        return add_sessions(table, path, message);
+    }
+    if (alone) {
+        return add_session(table, path, "", message);
+    }
+    const char *slash = strrchr(path, '/');
+    return add_session(table, path, slash != NULL ? slash + 1 : path, message);
+}
+
 int reconstruct_all_begin(const struct reconstruct_request *request, const char *const *paths,
                           int count, const char *more, struct pairs_table *table,
                           struct message *message) {
@@ -194,11 +205,7 @@ int reconstruct_all_begin(const struct reconstruct_request *request, const char 
                            request->out_path);
     }
     for (int i = 0; i < count && error == ERROR_OK; i++) {
-        const char *slash = strrchr(paths[i], '/');
-        error = !session_pairs_here(paths[i]) ? add_sessions(table, paths[i], message)
-                : count == 1
-                    ? add_session(table, paths[i], "", message)
-                    : add_session(table, paths[i], slash != NULL ? slash + 1 : paths[i], message);
+        error = add_path(table, paths[i], count == 1, message);
     }
     if (error == ERROR_OK && !print_settings(request, more, &table->settings)) {
         error = message_set(message, ERROR_MEMORY, "out of memory");

@@ -263,7 +263,10 @@ static int play_events(struct play *self, struct message *message) {
             compare_pair(self);
         }
     }
-    return self->cancelled ? message_set(message, ERROR_CANCELLED, "cancelled") : got < 0 ? got : 0;
+    if (self->cancelled) {
+        return message_set(message, ERROR_CANCELLED, "cancelled");
+    }
+    return got < 0 ? got : 0;
 }
 
 static int play_all(struct play *self, struct message *message) {

@@ -117,9 +117,7 @@ int replay_command_run(int argc, char **argv) {
     progress_end(&progress);
     if (error != ERROR_OK) {
         fprintf(stderr, "vergence replay: %s\n", message.text);
-        return error == ERROR_CANCELLED ? interrupt_exit_code()
-               : error == ERROR_MEMORY  ? CLIENT_FAILED
-                                        : CLIENT_BAD_INPUT;
+        return options_exit_code(error);
     }
     print_outcome(path, &outcome, &arguments);
     return outcome.same ? CLIENT_OK : CLIENT_FAILED;

@@ -79,12 +79,6 @@ int refuse(int code, const std::string &text) {
     return code;
 }
 
-int exit_code_of(int error) {
-    return error == ERROR_CANCELLED                     ? interrupt_exit_code()
-           : error == ERROR_IO || error == ERROR_MEMORY ? CLIENT_FAILED
-                                                        : CLIENT_BAD_INPUT;
-}
-
 }  // namespace
 
 int command_import(int argc, char **argv) {
@@ -115,7 +109,9 @@ int command_import(int argc, char **argv) {
         }
         return CLIENT_OK;
     } catch (const import_failure &failure) {
-        return refuse(exit_code_of(failure.code), failure.message);
+        // A file that cannot be read or written says nothing about the input.
+        const bool failed = failure.code == ERROR_IO;
+        return refuse(failed ? CLIENT_FAILED : options_exit_code(failure.code), failure.message);
     } catch (const std::bad_alloc &) {
         return refuse(CLIENT_FAILED, std::string(path) + ": out of memory");
     }

@@ -89,10 +89,7 @@ class exporter {
 
 void exporter::check(int code) const {
     if (code < 0) {
-        throw failure{code == ERROR_CANCELLED ? interrupt_exit_code()
-                      : code == ERROR_MEMORY  ? CLIENT_FAILED
-                                              : CLIENT_BAD_INPUT,
-                      message_.text};
+        throw failure{options_exit_code(code), message_.text};
     }
 }
 
