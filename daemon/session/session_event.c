@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/session/session.h"
+#include "daemon/session/trace.h"
 
 #define NO_POSITION "none"
 
@@ -189,15 +190,11 @@ static bool skip_word(struct line *line, const char *word) {
     return there;
 }
 
-static int digit_of(char c) {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : 16;
-}
-
 static uint64_t take_number(struct line *line, unsigned base, uint64_t max) {
     uint64_t value = 0;
     const char *const begin = line->at;
-    while (!line->wrong && line->at < line->end && digit_of(*line->at) < (int)base) {
-        const unsigned digit = (unsigned)digit_of(*line->at++);
+    while (!line->wrong && line->at < line->end && trace_digit(*line->at) < (int)base) {
+        const unsigned digit = (unsigned)trace_digit(*line->at++);
         line->wrong = digit > max || value > (max - digit) / base;
         value = value * base + digit;
     }
@@ -217,7 +214,7 @@ static void take_text(struct line *line, char *text, size_t bytes) {
     for (size_t length = 0; line->at < line->end && *line->at != ' ' && !line->wrong; length++) {
         int byte = (unsigned char)*line->at++;
         if (byte == '%' && line->end - line->at >= 2) {
-            byte = digit_of(line->at[0]) * 16 + digit_of(line->at[1]);
+            byte = trace_digit(line->at[0]) * 16 + trace_digit(line->at[1]);
             line->at += 2;
         }
         line->wrong = byte <= 0 || byte > 255 || length == bytes - 1;
@@ -326,23 +323,31 @@ static uint64_t load(const struct field *field, const char *at) {
     const uint32_t *const u32 = (const void *)at;
     const uint64_t *const u64 = (const void *)at;
     INVARIANT(field->bytes == 1 || field->bytes == 2 || field->bytes == 4 || field->bytes == 8);
-    return field->bytes == 1   ? (uint8_t)*at
-           : field->bytes == 2 ? *u16
-           : field->bytes == 8 ? *u64
-           : has_sign(field)   ? (uint64_t)(int32_t)*u32
-                               : *u32;
+    switch (field->bytes) {
+        case 1:
+            return (uint8_t)*at;
+        case 2:
+            return *u16;
+        case 8:
+            return *u64;
+        default:
+            return has_sign(field) ? (uint64_t)(int32_t)*u32 : *u32;
+    }
 }
 
 static void store(const struct field *field, char *at, uint64_t value) {
     const uint8_t u8 = (uint8_t)value;
     const uint16_t u16 = (uint16_t)value;
     const uint32_t u32 = (uint32_t)value;
-    memcpy(at,
-           field->bytes == 1   ? (const void *)&u8
-           : field->bytes == 2 ? (const void *)&u16
-           : field->bytes == 4 ? (const void *)&u32
-                               : (const void *)&value,
-           field->bytes);
+    const void *stored = &value;
+    if (field->bytes == 1) {
+        stored = &u8;
+    } else if (field->bytes == 2) {
+        stored = &u16;
+    } else if (field->bytes == 4) {
+        stored = &u32;
+    }
+    memcpy(at, stored, field->bytes);
 }
 
 static void walk_value(struct line *line, const struct field *field, char *base) {

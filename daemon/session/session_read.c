@@ -176,10 +176,11 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
     if (got == 1 && begin != NULL) {
         *begin = event;
     }
-    code = got < 0    ? got
-           : got == 0 ? message_set(message, ERROR_ARGUMENT,
-                                    "%s: not a session (nothing was recorded)", self->path)
-                      : 0;
+    code = got < 0 ? got : 0;
+    if (got == 0) {
+        code = message_set(message, ERROR_ARGUMENT, "%s: not a session (nothing was recorded)",
+                           self->path);
+    }
     if (code != 0) {
         session_reader_close(self);
     }
@@ -257,9 +258,10 @@ static int read_frame(const struct session_reader *self, const struct raw_image 
     const bool room = data != NULL || allocate == NULL;
     const bool good = room && read_rows(stream, image, data, &crc) && crc == crc32;
     fclose(stream);
-    return good   ? 0
-           : room ? damaged(self, name, message)
-                  : message_set(message, ERROR_MEMORY, "%s/%s: out of memory", self->path, name);
+    if (!room) {
+        return message_set(message, ERROR_MEMORY, "%s/%s: out of memory", self->path, name);
+    }
+    return good ? 0 : damaged(self, name, message);
 }
 
 int session_reader_check(const struct session_reader *self, const struct raw_image *image,

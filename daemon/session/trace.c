@@ -19,8 +19,11 @@ char *trace_put_bytes(char *end, const uint8_t *data, size_t bytes) {
     return end;
 }
 
-static int digit_of(char c) {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
+int trace_digit(char c) {
+    if (c >= '0' && c <= '9') {
+        return c - '0';
+    }
+    return c >= 'a' && c <= 'f' ? c - 'a' + 10 : 16;
 }
 
 long trace_take_bytes(const char **text, uint8_t *data, size_t capacity) {
@@ -29,11 +32,11 @@ long trace_take_bytes(const char **text, uint8_t *data, size_t capacity) {
         (*text)++;
         return 0;
     }
-    for (; digit_of((*text)[0]) >= 0 && digit_of((*text)[1]) >= 0; *text += 2) {
+    for (; trace_digit((*text)[0]) < 16 && trace_digit((*text)[1]) < 16; *text += 2) {
         if (bytes == capacity) {
             return -1;
         }
-        data[bytes++] = (uint8_t)(digit_of((*text)[0]) << 4 | digit_of((*text)[1]));
+        data[bytes++] = (uint8_t)(trace_digit((*text)[0]) << 4 | trace_digit((*text)[1]));
     }
     return bytes > 0 ? (long)bytes : -1;
 }

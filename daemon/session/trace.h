@@ -62,6 +62,8 @@ void trace_i2c(char *text, const struct hal_i2c_message *messages, size_t count)
 /// Appends bytes as hexadecimal digits, "-" for none; returns the new end. The caller ensures
 /// space.
 char *trace_put_bytes(char *end, const uint8_t *data, size_t bytes);
+/// Value of the digit `c` of such bytes (0-9, a-f); 16 for any other character.
+int trace_digit(char c);
 /// Reads such digits from `*text`, which is moved past them. Returns the number of bytes, at most
 /// `capacity`, or -1.
 long trace_take_bytes(const char **text, uint8_t *data, size_t capacity);
