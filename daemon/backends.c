@@ -41,12 +41,14 @@ static const char *why_played_part_fails(void *opaque, enum rig_part part) {
     struct backends *self = opaque;
     (void)part;
     backends_report_mismatch(self);
-    return self->replay.ran_out
-               ? "the replayed recording ends here: restart the daemon to replay it again"
-           : self->replay.last_error.text[0] != '\0'
-               ? "mismatch with the recording (see \"log\"): restart the daemon and give the "
-                 "recorded commands in order"
-               : NULL;
+    if (self->replay.ran_out) {
+        return "the replayed recording ends here: restart the daemon to replay it again";
+    }
+    if (self->replay.last_error.text[0] != '\0') {
+        return "mismatch with the recording (see \"log\"): restart the daemon and give the "
+               "recorded commands in order";
+    }
+    return NULL;
 }
 
 static int open_replay(struct backends *self, struct config *config, struct rig_ports *ports,

@@ -137,7 +137,10 @@ static int left_ms(const struct remote_line *line, int silence_ms, uint64_t *sin
     const int64_t left =
         limit_ms - (int64_t)((monotonic_now_us() - *since_us) / MONOTONIC_US_IN_MS);
     // Whether it is busy is seen when something comes.
-    return left <= 0 ? 0 : left < silence_ms ? (int)left : silence_ms;
+    if (left <= 0) {
+        return 0;
+    }
+    return left < silence_ms ? (int)left : silence_ms;
 }
 
 int remote_receive(struct remote *self, int silence_ms, char **text) {

@@ -158,9 +158,10 @@ static uint32_t crc_of_lines(const struct answer *self) {
 }
 
 static enum outcome outcome_of_text(const char *line) {
-    return strncmp(line, "OK", 2) == 0 && (line[2] == '\0' || line[2] == ' ') ? ANSWERED_OK
-           : strncmp(line, "ERR ", 4) == 0                                    ? ANSWERED_ERR
-                                                                              : GOES_ON;
+    if (strncmp(line, "OK", 2) == 0 && (line[2] == '\0' || line[2] == ' ')) {
+        return ANSWERED_OK;
+    }
+    return strncmp(line, "ERR ", 4) == 0 ? ANSWERED_ERR : GOES_ON;
 }
 
 /// Processes a line of a text answer.
@@ -186,9 +187,8 @@ static enum outcome receive_text(struct answer *self, char *line) {
     const bool round = line[0] == '\0';
     show_lines(self);
     self->rounds = self->rounds || round;
-    const enum outcome outcome = round                     ? GOES_ON
-                                 : strcmp(line, "OK") == 0 ? ANSWERED_OK
-                                                           : ANSWERED_ERR;
+    const enum outcome answered = strcmp(line, "OK") == 0 ? ANSWERED_OK : ANSWERED_ERR;
+    const enum outcome outcome = round ? GOES_ON : answered;
     if (outcome != ANSWERED_OK || !needs_rounds(self)) {
         show_line(self, line);
     }
@@ -215,7 +215,8 @@ static enum outcome receive_json(struct answer *self, char *line) {
     if (!ok || !needs_rounds(self)) {
         show_line(self, line);
     }
-    return event[0] != '\0' ? GOES_ON : ok ? ANSWERED_OK : ANSWERED_ERR;
+    const enum outcome answered = ok ? ANSWERED_OK : ANSWERED_ERR;
+    return event[0] != '\0' ? GOES_ON : answered;
 }
 
 /// Skips a late "OK" to "@framed", and its echo. That of an answer has a CRC.
@@ -232,10 +233,8 @@ static bool skip_greeting(struct answer *self, const char *text) {
 static enum outcome receive_line(struct answer *self) {
     const bool serial = self->remote->line.serial;
     char *text = NULL;
-    const int limit_ms = !serial         ? REMOTE_FOREVER_MS
-                         : self->damaged ? FRAMING_QUIET_MS
-                                         : SILENCE_MS;
-    const int error = remote_receive(self->remote, limit_ms, &text);
+    const int silence_ms = self->damaged ? FRAMING_QUIET_MS : SILENCE_MS;
+    const int error = remote_receive(self->remote, serial ? silence_ms : REMOTE_FOREVER_MS, &text);
     if (error != ERROR_OK) {
         return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
     }
@@ -246,9 +245,10 @@ static enum outcome receive_line(struct answer *self) {
     if (part != 0) {
         return part > 0 ? GOES_ON : part == ERROR_DEVICE ? BROKEN : INVALID;
     }
-    return serial && strstr(text, FRAMING_DAMAGED) != NULL ? NOT_RECEIVED
-           : self->json                                    ? receive_json(self, text)
-                                                           : receive_text(self, text);
+    if (serial && strstr(text, FRAMING_DAMAGED) != NULL) {
+        return NOT_RECEIVED;
+    }
+    return self->json ? receive_json(self, text) : receive_text(self, text);
 }
 
 /// Receives the answer; over a serial line as long as keepalives arrive.

@@ -162,9 +162,10 @@ static int files_code(struct remote *self, int error, const struct message *mess
         return self->measure_exit;
     }
     const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT || error == ERROR_VERSION;
-    const int code = self->interrupted ? interrupted_code()
-                     : broken          ? REMOTE_EXIT_LINE
-                                       : REMOTE_EXIT_ERR;
+    int code = broken ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR;
+    if (self->interrupted) {
+        code = interrupted_code();
+    }
     // In JSON it has been shown, and so has the instrument's own error.
     return self->json || error > 0 ? code : fail(self, error, message, code);
 }
@@ -257,10 +258,12 @@ static int run_script(struct remote *self, bool keep_going) {
     for (bool goes_on = !remote_interrupted(self); goes_on;) {
         char *line = NULL;
         const int got = next_line(self, &script, &line, &message);
-        if (got <= 0) {
-            worst = got < 0             ? fail(self, got, &message, REMOTE_EXIT_ERR)
-                    : self->interrupted ? interrupted_code()
-                                        : worst;
+        if (got < 0) {
+            worst = fail(self, got, &message, REMOTE_EXIT_ERR);
+            break;
+        }
+        if (got == 0) {
+            worst = self->interrupted ? interrupted_code() : worst;
             break;
         }
         const int code = remote_run_line(self, line);
@@ -346,9 +349,10 @@ static int converse(struct remote *self, const char *line, bool keep_going) {
     if (error != ERROR_OK) {
         return REMOTE_EXIT_ERR;
     }
-    return self->interactive ? remote_terminal(self)
-           : line != NULL    ? remote_run_line(self, line)
-                             : run_script(self, keep_going);
+    if (self->interactive) {
+        return remote_terminal(self);
+    }
+    return line != NULL ? remote_run_line(self, line) : run_script(self, keep_going);
 }
 
 /// Whether a daemon that starts may make this socket (NULL: the default one, with its directories).

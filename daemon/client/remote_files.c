@@ -109,11 +109,9 @@ static int open_sent(struct sending *self, struct message *message) {
 static int send_file(struct remote *remote, const char *local, const char *name,
                      struct remote_written *written, struct message *message) {
     const char *slash = strrchr(local, '/');
-    struct sending self = {.remote = remote,
-                           .local = local,
-                           .name = name != NULL    ? name
-                                   : slash != NULL ? slash + 1
-                                                   : local};
+    const char *local_name = slash != NULL ? slash + 1 : local;
+    struct sending self = {
+        .remote = remote, .local = local, .name = name != NULL ? name : local_name};
     int error = open_sent(&self, message);
     if (error != ERROR_OK) {
         return error;
@@ -294,9 +292,10 @@ static enum file_command command_of(const struct remote *remote,
     if (words->count < 2 || words->count > 3 || block) {
         return NO_FILE_COMMAND;
     }
-    return strcmp(words->word[0], "send") == 0    ? SEND
-           : strcmp(words->word[0], "fetch") == 0 ? FETCH
-                                                  : NO_FILE_COMMAND;
+    if (strcmp(words->word[0], "send") == 0) {
+        return SEND;
+    }
+    return strcmp(words->word[0], "fetch") == 0 ? FETCH : NO_FILE_COMMAND;
 }
 
 /// Shows an error. Returns the one to end with.
@@ -328,10 +327,19 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     const char *const other = words.count == 3 ? words.word[2] : NULL;
     self->refused = false;
     written = (struct remote_written){.bytes = 0};
-    *error = command == MAKE      ? make(self, line, show, cookie, message)
-             : command == MEASURE ? remote_measure(self, &words, show, cookie, message)
-             : command == SEND    ? send_file(self, words.word[1], other, &written, message)
-                                  : remote_fetch(self, words.word[1], other, &written, message);
+    switch (command) {
+        case MAKE:
+            *error = make(self, line, show, cookie, message);
+            break;
+        case MEASURE:
+            *error = remote_measure(self, &words, show, cookie, message);
+            break;
+        case SEND:
+            *error = send_file(self, words.word[1], other, &written, message);
+            break;
+        default:
+            *error = remote_fetch(self, words.word[1], other, &written, message);
+    }
     if (*error != ERROR_OK) {
         *error = show_error(self, show, cookie, *error, message);
     } else if (command == SEND || command == FETCH) {

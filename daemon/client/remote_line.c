@@ -384,11 +384,11 @@ int remote_open_default(struct remote_line *line, struct message *message) {
         }
         number = error == ERROR_IO ? errno : 0;
         const bool is_missing = number == ENOENT;
-        const char *cause = is_missing ? "" : number != 0 ? strerror(number) : "path too long";
+        const char *cause = number != 0 ? strerror(number) : "path too long";
         const size_t used = strlen(tried);
         snprintf(tried + used, sizeof tried - used, "%s%.*s%s%s%s", i == 0 ? "" : ", ",
-                 STANDARD_PATH_BYTES - 1, sockets[i], is_missing ? "" : " (", cause,
-                 is_missing ? "" : ")");
+                 STANDARD_PATH_BYTES - 1, sockets[i], is_missing ? "" : " (",
+                 is_missing ? "" : cause, is_missing ? "" : ")");
     }
     message_set(
         message, ERROR_IO,

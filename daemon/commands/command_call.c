@@ -44,11 +44,13 @@ static void access_store(void *cookie) {
     struct store_access *self = cookie;
     const struct hal_store_operations *operations = self->store->operations;
     void *store = self->store->self;
-    self->error = self->loaded != NULL
-                      ? operations->load(store, self->name, self->loaded, self->bytes, self->length)
-                  : self->saved != NULL
-                      ? operations->save(store, self->name, self->saved, self->bytes)
-                      : operations->remove(store, self->name);
+    if (self->loaded != NULL) {
+        self->error = operations->load(store, self->name, self->loaded, self->bytes, self->length);
+    } else if (self->saved != NULL) {
+        self->error = operations->save(store, self->name, self->saved, self->bytes);
+    } else {
+        self->error = operations->remove(store, self->name);
+    }
 }
 
 static int run_access(const struct command_call *call, struct store_access *access) {

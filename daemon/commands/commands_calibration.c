@@ -381,13 +381,13 @@ static void put_match(const struct command_call *call, const struct calibration_
     if (error == ERROR_OK) {
         error = calibration_match(&calibration, &state, CAPTURE_ACCEPT_WORD, &message);
     }
-    reply_text(call, "match",
-               error != ERROR_OK                                           ? "no"
-               : calibration_match_is_partial(&calibration, &state.origin) ? "not known"
-                                                                           : "yes");
     if (error != ERROR_OK) {
+        reply_text(call, "match", "no");
         reply_text(call, "mismatch", message.text);
+        return;
     }
+    const bool partial = calibration_match_is_partial(&calibration, &state.origin);
+    reply_text(call, "match", partial ? "not known" : "yes");
 }
 
 /// Adds how well it fits: by the last pair that it was adjusted by, and since when it holds.
@@ -638,7 +638,10 @@ static int run_calibration(const struct command_call *call) {
                             "calibration: unexpected FILE \"%s\" (only \"set\" has one)",
                             call->values[FILE_NAME].text);
     }
-    return what == SET ? run_set(call) : what == FORGET ? run_forget(call) : run_show(call);
+    if (what == SET) {
+        return run_set(call);
+    }
+    return what == FORGET ? run_forget(call) : run_show(call);
 }
 
 static const struct command_argument arguments[] = {

@@ -93,7 +93,10 @@ static int put_directory(struct put *self, const char *name) {
     char **names = NULL;
     const int fd = files_open_directory(self->call, name);
     const int count = fd >= 0 ? directory_names(fd, &names) : 0;
-    int error = fd < 0 ? fd : count < 0 ? files_refuse(self->call, name, errno) : 0;
+    int error = fd < 0 ? fd : ERROR_OK;
+    if (count < 0) {
+        error = files_refuse(self->call, name, errno);
+    }
     for (int i = 0; i < count; i++) {
         char path[2 * FILES_NAME_MAX + 64];
         snprintf(path, sizeof path, "%s/%s", name, names[i]);

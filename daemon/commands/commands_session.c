@@ -304,9 +304,12 @@ static int run_capture(const struct command_call *call) {
                             "capture: average and bracket exclude each other (omit one)");
     }
     const bool add = command_is_set(&call->values[CAPTURE_ADD]);
-    int error = named ? check_name(call, &call->values[CAPTURE_NAME], add)
-                : add ? command_fail(call, ERROR_ARGUMENT, "capture: add needs the session's NAME")
-                      : 0;
+    int error = ERROR_OK;
+    if (named) {
+        error = check_name(call, &call->values[CAPTURE_NAME], add);
+    } else if (add) {
+        error = command_fail(call, ERROR_ARGUMENT, "capture: add needs the session's NAME");
+    }
     error = error != ERROR_OK ? error : space_check_pair(call, &options, named);
     if (error != ERROR_OK) {
         return error;

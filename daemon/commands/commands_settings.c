@@ -189,10 +189,16 @@ static int run_settings(const struct command_call *call) {
     if ((what == SAVE || what == RESTORE) && call->rig->state != RIG_READY) {
         return commands_not_ready(call, what == SAVE ? "settings save" : "settings restore");
     }
-    return what == SAVE      ? run_save(call)
-           : what == RESTORE ? run_restore(call)
-           : what == FORGET  ? run_forget(call)
-                             : run_show(call);
+    switch (what) {
+        case SAVE:
+            return run_save(call);
+        case RESTORE:
+            return run_restore(call);
+        case FORGET:
+            return run_forget(call);
+        default:
+            return run_show(call);
+    }
 }
 
 /// Restores the settings of the cameras after a bring-up.
@@ -210,10 +216,13 @@ static int restore_cameras(const struct command_call *call) {
         // The instrument works, with other settings: reported, but not a failure of the bring-up.
         log_ring_print(&daemon->log_ring, HAL_LOG_WARNING, "%s", call->message);
     }
-    reply_text(call, "settings",
-               error == ERROR_OK        ? "restored"
-               : error == ERROR_MISSING ? "none saved"
-                                        : call->message);
+    const char *outcome = call->message;
+    if (error == ERROR_OK) {
+        outcome = "restored";
+    } else if (error == ERROR_MISSING) {
+        outcome = "none saved";
+    }
+    reply_text(call, "settings", outcome);
     call->message[0] = '\0';
     return ERROR_OK;
 }

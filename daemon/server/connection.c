@@ -407,7 +407,7 @@ static void take_answer(struct connection *self, uint64_t now_us) {
     if (job->watch.on && !self->gone) {
         // The rounds keep their period; missed rounds are not made up.
         const uint64_t beat_us = self->watch_us + job->watch.interval_us;
-        self->watch_us = !job->round ? now_us : beat_us > now_us ? beat_us : now_us;
+        self->watch_us = job->round && beat_us > now_us ? beat_us : now_us;
         return;
     }
     job->watch.on = false;

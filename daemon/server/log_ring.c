@@ -173,7 +173,11 @@ static bool send_line(struct log_ring *self, const struct log_ring_line *line, u
     if (sent < 0 && errno == EAGAIN) {
         return false;
     }
-    self->failed_number = sent == length ? 0 : sent < 0 ? errno : ENOSPC;
+    if (sent == length) {
+        self->failed_number = 0;
+    } else {
+        self->failed_number = sent < 0 ? errno : ENOSPC;
+    }
     // A partly written line is ended here and sent again as a whole.
     if (sent > 0 && sent < length && write(self->fd, "\n", 1) < 0) {
         self->failed_number = errno;

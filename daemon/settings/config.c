@@ -60,9 +60,14 @@ void config_defaults(struct config *config) {
 static int64_t load(const struct config *config, const struct config_key *key) {
     const void *at = (const char *)config + key->offset;
     INVARIANT(key->bytes == 1 || key->bytes == 2 || key->bytes == 4);
-    return key->bytes == 1   ? *(const uint8_t *)at
-           : key->bytes == 2 ? *(const uint16_t *)at
-                             : *(const int32_t *)at;
+    switch (key->bytes) {
+        case 1:
+            return *(const uint8_t *)at;
+        case 2:
+            return *(const uint16_t *)at;
+        default:
+            return *(const int32_t *)at;
+    }
 }
 
 static void store(struct config *config, const struct config_key *key, int64_t number) {

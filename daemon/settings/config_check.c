@@ -80,11 +80,13 @@ static void print_range(const struct rig_profile_error *profile_error, char *tex
     } else {
         quantity_print_range(key->quantity, profile_error->min, profile_error->max, range);
     }
-    snprintf(text, bytes, "%s%s",
-             profile_error->other  ? "a different one, "
-             : profile_error->even ? "an even number, "
-                                   : "",
-             range);
+    const char *kind = "";
+    if (profile_error->other) {
+        kind = "a different one, ";
+    } else if (profile_error->even) {
+        kind = "an even number, ";
+    }
+    snprintf(text, bytes, "%s%s", kind, range);
 }
 
 static int check_profile(const struct check *self) {

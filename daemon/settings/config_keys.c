@@ -279,9 +279,10 @@ const struct config_key *config_keys(size_t *count) {
 
 const char *config_key_called(const struct config_key *key, bool in_profile) {
     INVARIANT(key >= keys && key < keys + sizeof keys / sizeof keys[0]);
-    return !in_profile                   ? key->name
-           : key->kind == CONFIG_PROFILE ? CONFIG_LIKE
-                                         : key->name + strlen(CONFIG_RIG);
+    if (!in_profile) {
+        return key->name;
+    }
+    return key->kind == CONFIG_PROFILE ? CONFIG_LIKE : key->name + strlen(CONFIG_RIG);
 }
 
 static bool is_of_rig(const struct config_key *key) {

@@ -80,13 +80,16 @@ static int take_file(struct loading *self, FILE *file) {
     }
     errno = 0;
     const size_t length = fread(text, 1, FILE_BYTES_MAX, file);
-    const int error = ferror(file) != 0 ? message_set(self->message, ERROR_IO, "%s: %s", self->file,
-                                                      strerror(errno))
-                      : length == FILE_BYTES_MAX
-                          ? message_set(self->message, ERROR_SYNTAX,
-                                        "%s: too large for a settings file (at most %d bytes)",
-                                        self->file, FILE_BYTES_MAX - 1)
-                          : take_text(self, text, length);
+    int error = ERROR_OK;
+    if (ferror(file) != 0) {
+        error = message_set(self->message, ERROR_IO, "%s: %s", self->file, strerror(errno));
+    } else if (length == FILE_BYTES_MAX) {
+        error = message_set(self->message, ERROR_SYNTAX,
+                            "%s: too large for a settings file (at most %d bytes)", self->file,
+                            FILE_BYTES_MAX - 1);
+    } else {
+        error = take_text(self, text, length);
+    }
     free(text);
     return error;
 }

@@ -43,7 +43,10 @@ static const struct {
 };
 
 static int32_t within(int64_t value, int32_t min, int32_t max) {
-    return (int32_t)(value < min ? min : value > max ? max : value);
+    if (value < min) {
+        return min;
+    }
+    return (int32_t)(value > max ? max : value);
 }
 
 // ---- values in force

@@ -285,15 +285,20 @@ void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
     }
 }
 
+static enum image_bayer bayer_of(const struct reconstruct_request *request) {
+    if (request->bayer < 0) {
+        return IMAGE_BAYER_BY_FORMAT;
+    }
+    return request->bayer == 0 ? IMAGE_BAYER_NONE : IMAGE_BAYER_GRBG;
+}
+
 int reconstruct_inputs_read(void *self, const struct reconstruct_request *request,
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message) {
     const struct reconstruct_source *source = self;
     const struct image_request image_request = {
         .bits = request->bits,
-        .bayer = request->bayer < 0    ? IMAGE_BAYER_BY_FORMAT
-                 : request->bayer == 0 ? IMAGE_BAYER_NONE
-                                       : IMAGE_BAYER_GRBG,
+        .bayer = bayer_of(request),
         .raw_width_px = request->raw_px[0],
         .raw_height_px = request->raw_px[1],
         .scale = request->scale,

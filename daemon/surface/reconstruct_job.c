@@ -198,6 +198,19 @@ static int protect_inputs(const struct reconstruct_job *job, struct message *mes
                              name, option);
 }
 
+/// Which options may explain an image that is not as large as the ground truth; "" for none.
+static const char *explain_size(const struct reconstruct_request *request) {
+    const bool resized = request->scale < 1 || request->scale > 1;
+    const bool cut = request->region_px[2] > 0;
+    if (resized && cut) {
+        return " (by --region and --scale: compare without them)";
+    }
+    if (resized) {
+        return " (by --scale: compare without it)";
+    }
+    return cut ? " (by --region: compare without it)" : "";
+}
+
 /// Unreadable ground truth is an error; ground truth that cannot be compared gives a warning.
 static int check_truth(struct reconstruct_job *job) {
     struct reconstruct_context *context = &job->context;
@@ -217,16 +230,11 @@ static int check_truth(struct reconstruct_job *job) {
         return error;
     }
     if (size_px[0] != plan->width_px || size_px[1] != plan->height_px) {
-        const bool resized = job->request->scale < 1 || job->request->scale > 1;
-        const bool cut = job->request->region_px[2] > 0;
         reconstruct_context_warn(
             context,
             "the ground truth %s is ignored: it is %dx%d pixels, the rectified left image %dx%d%s",
             context->ground_truth_path, size_px[0], size_px[1], plan->width_px, plan->height_px,
-            resized && cut ? " (by --region and --scale: compare without them)"
-            : resized      ? " (by --scale: compare without it)"
-            : cut          ? " (by --region: compare without it)"
-                           : "");
+            explain_size(job->request));
     }
     return ERROR_OK;
 }
@@ -590,10 +598,13 @@ static int measure(struct reconstruct_job *job) {
 /// Everything up to the hidden files, or the end of the stream.
 static int make_results(struct reconstruct_job *job) {
     const int error = job->compact == NULL ? measure(job) : ERROR_OK;
-    return error != ERROR_OK                ? error
-           : job->request->out_path != NULL ? write_results(job)
-           : job->sink != NULL              ? compact_send(&job->context, job->sink, &job->message)
-                                            : ERROR_OK;
+    if (error != ERROR_OK) {
+        return error;
+    }
+    if (job->request->out_path != NULL) {
+        return write_results(job);
+    }
+    return job->sink != NULL ? compact_send(&job->context, job->sink, &job->message) : ERROR_OK;
 }
 
 static int run(struct reconstruct_job *job) {

@@ -80,9 +80,10 @@ static void add(struct message *cause, const char *format, ...) {
 }
 
 static const char *which(int sides) {
-    return sides == BOTH   ? "both images are"
-           : sides == LEFT ? "the left image is"
-                           : "the right image is";
+    if (sides == BOTH) {
+        return "both images are";
+    }
+    return sides == LEFT ? "the left image is" : "the right image is";
 }
 
 static void explain_light(const struct reconstruct_context *context, struct message *cause) {
@@ -107,14 +108,23 @@ static void explain_light(const struct reconstruct_context *context, struct mess
     }
 }
 
+static int find_blurred(int left_permille, int right_permille) {
+    if (left_permille == 0 || right_permille == 0) {
+        return 0;  // no contrast to judge
+    }
+    if (left_permille < BLURRED && right_permille < BLURRED) {
+        return BOTH;
+    }
+    if (left_permille * 1000 < right_permille * BLURRED_BESIDE) {
+        return LEFT;
+    }
+    return right_permille * 1000 < left_permille * BLURRED_BESIDE ? RIGHT : 0;
+}
+
 static void explain_blur(const struct reconstruct_context *context, struct message *cause) {
     const int left = context->picture[0].sharpness_permille;
     const int right = context->picture[1].sharpness_permille;
-    const int sides = left == 0 || right == 0                ? 0  // no contrast to judge
-                      : left < BLURRED && right < BLURRED    ? BOTH
-                      : left * 1000 < right * BLURRED_BESIDE ? LEFT
-                      : right * 1000 < left * BLURRED_BESIDE ? RIGHT
-                                                             : 0;
+    const int sides = find_blurred(left, right);
     if (sides != 0) {
         add(cause,
             "%s blurred (sharpness left %.0f %%, right %.0f %%): focus, and keep cameras and scene "

@@ -244,16 +244,26 @@ static bool find(const uint8_t *data, size_t total, int offset, int size, struct
     return at <= total && count <= total - at;
 }
 
-/// Whether all that is needed was there.
+/// What is needed and was not there; NULL: nothing.
+static const char *find_missing(const struct reader *self) {
+    if (self->fit->parts == 0) {
+        return "parts in /images";
+    }
+    if (self->configurations == 0) {
+        return "configurations";
+    }
+    if (!self->dated) {
+        return "timestamp";
+    }
+    return self->fit->board[0] == '\0' ? "property \"board\" in its root" : NULL;
+}
+
 static int check_parts(const struct reader *self) {
-    const char *missing = self->fit->parts == 0         ? "parts in /images"
-                          : self->configurations == 0   ? "configurations"
-                          : !self->dated                ? "timestamp"
-                          : self->fit->board[0] == '\0' ? "property \"board\" in its root"
-                                                        : NULL;
-    return missing == NULL
-               ? 0
-               : message_set(self->message, ERROR_MISSING, "the image has no %s", missing);
+    const char *missing = find_missing(self);
+    if (missing == NULL) {
+        return 0;
+    }
+    return message_set(self->message, ERROR_MISSING, "the image has no %s", missing);
 }
 
 int fit_check(const uint8_t *data, size_t capacity, struct fit *fit, struct message *message) {

@@ -47,7 +47,10 @@ struct table {
 // ---- output
 
 static const char *state_of(const struct row *row) {
-    return row->there ? "there" : row->needed ? "missing" : "not needed";
+    if (row->there) {
+        return "there";
+    }
+    return row->needed ? "missing" : "not needed";
 }
 
 static void add_json(struct json *json, const struct row *row) {

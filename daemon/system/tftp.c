@@ -335,7 +335,10 @@ static enum verdict judge_get(struct transfer *self) {
         return IGNORED;
     }
     const unsigned block = read_word(self->in + 2);
-    return block == next ? EXPECTED : block == self->block ? REPEATED : IGNORED;
+    if (block == next) {
+        return EXPECTED;
+    }
+    return block == self->block ? REPEATED : IGNORED;
 }
 
 static int too_large(struct transfer *self, size_t capacity) {

@@ -79,6 +79,13 @@ static int open_error(int error_number, const char **advice) {
     }
 }
 
+static enum gpiod_shim_use choose_use(bool is_input, bool active_at_start) {
+    if (is_input) {
+        return GPIOD_SHIM_INPUT;
+    }
+    return active_at_start ? GPIOD_SHIM_OUTPUT_ACTIVE : GPIOD_SHIM_OUTPUT_INACTIVE;
+}
+
 void gpiod_lines_init(struct gpiod_lines *self) {
     static const struct hal_gpio_operations operations = {set, get};
     *self = (struct gpiod_lines){.hal = {&operations, self}, .closed = true};
@@ -92,9 +99,7 @@ int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_line_location 
         if (location->chip == NULL) {
             continue;
         }
-        const enum gpiod_shim_use use = kinds[i].is_input           ? GPIOD_SHIM_INPUT
-                                        : location->active_at_start ? GPIOD_SHIM_OUTPUT_ACTIVE
-                                                                    : GPIOD_SHIM_OUTPUT_INACTIVE;
+        const enum gpiod_shim_use use = choose_use(kinds[i].is_input, location->active_at_start);
         // Before opening: a chip that changes meanwhile counts as another one.
         self->chips[i] = (struct device_file_identity){.number = 0};
         (void)device_file_identify(location->chip, &self->chips[i]);

@@ -125,9 +125,10 @@ static int claim(struct termios_uart *self) {
     if (self->exclusive) {
         return ERROR_OK;
     }
-    return errno == EWOULDBLOCK ? ERROR_REFUSED
-           : errno == ENOTTY    ? ERROR_UNSUPPORTED
-                                : error_of(errno);
+    if (errno == EWOULDBLOCK) {
+        return ERROR_REFUSED;
+    }
+    return errno == ENOTTY ? ERROR_UNSUPPORTED : error_of(errno);
 }
 
 void termios_uart_init(struct termios_uart *self) {

@@ -38,9 +38,10 @@ static uint32_t frame_time_us(const struct v4l2_camera *self) {
 /// Time limit for the next frame after a frame.
 static uint32_t default_timeout_us(const struct v4l2_camera *self) {
     const uint64_t timeout_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
-    return timeout_us < MISSED_US    ? MISSED_US
-           : timeout_us > UINT32_MAX ? UINT32_MAX
-                                     : (uint32_t)timeout_us;
+    if (timeout_us < MISSED_US) {
+        return MISSED_US;
+    }
+    return timeout_us > UINT32_MAX ? UINT32_MAX : (uint32_t)timeout_us;
 }
 
 /// Resets numbering after a stream start; the first frame may take long.
@@ -209,6 +210,10 @@ static void count_frame(struct v4l2_camera *self, uint32_t driver_sequence) {
     self->has_sequence = true;
 }
 
+static uint64_t subtract_us(uint64_t time_us, uint64_t interval_us) {
+    return time_us > interval_us ? time_us - interval_us : 0;
+}
+
 /// Sets the times of the first and last pixel; the first is never too late, see the header.
 static void set_times(const struct v4l2_camera *self, const struct v4l2_stream_filled *filled,
                       uint64_t now_us, struct hal_camera_frame *frame) {
@@ -219,16 +224,15 @@ static void set_times(const struct v4l2_camera *self, const struct v4l2_stream_f
         const uint64_t whole_after_us = filled->time_begins ? frame_us + self->exposure_us : 0;
         const uint64_t end_us = filled->time_us + whole_after_us;
         frame->end_us = end_us < now_us ? end_us : now_us;
-        frame->begin_us = filled->time_begins          ? filled->time_us
-                          : filled->time_us > frame_us ? filled->time_us - frame_us
-                                                       : 0;
+        frame->begin_us =
+            filled->time_begins ? filled->time_us : subtract_us(filled->time_us, frame_us);
         return;
     }
     // Complete after its buffer was queued; only now, if no buffer was ready before.
     const uint64_t whole_us =
         filled->waited ? now_us : self->stream.buffers[filled->index].queued_us;
     frame->end_us = now_us;
-    frame->begin_us = whole_us > frame_us ? whole_us - frame_us : 0;
+    frame->begin_us = subtract_us(whole_us, frame_us);
 }
 
 /// Makes an image of the driver's buffer: in it, or the frame's only copy.

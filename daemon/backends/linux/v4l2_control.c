@@ -75,7 +75,10 @@ static int32_t scale_down(const struct v4l2_queryctrl *range, int32_t value) {
     const int64_t span = (int64_t)range->maximum - range->minimum;
     const int64_t part = ((int64_t)value - range->minimum) * PARTS;
     const int64_t scaled = (part + span / 2) / span;
-    return (int32_t)(scaled < 0 ? 0 : scaled > PARTS ? PARTS : scaled);
+    if (scaled < 0) {
+        return 0;
+    }
+    return (int32_t)(scaled > PARTS ? PARTS : scaled);
 }
 
 /// The camera's raw value for a value of the interface.

@@ -47,7 +47,10 @@ static void row_of_bytes(const uint8_t *from, uint16_t *to, size_t values) {
 
 static uint16_t clamp_byte(int value_q8) {
     const int value = (value_q8 + 128) >> 8;
-    return (uint16_t)(value < 0 ? 0 : value > 255 ? 255 : value);
+    if (value < 0) {
+        return 0;
+    }
+    return (uint16_t)(value > 255 ? 255 : value);
 }
 
 /// Weights in 1/256: of Y, and of the colour differences in red, green and blue.

@@ -27,7 +27,10 @@ static int feed(void *opaque) {
     do {
         written = write(self->fd, "", 1);
     } while (written < 0 && errno == EINTR);
-    return written == 1 ? ERROR_OK : written < 0 ? device_file_error(errno) : ERROR_IO;
+    if (written < 0) {
+        return device_file_error(errno);
+    }
+    return written == 1 ? ERROR_OK : ERROR_IO;
 }
 
 static uint64_t period_us(void *opaque) {

@@ -256,6 +256,13 @@ static int connect_to_starting(const char *where, const struct sim_wait *wait, i
     }
 }
 
+static const char *explain_failure(int error) {
+    if (error == ERROR_TIMEOUT) {
+        return "no answer";
+    }
+    return errno == 0 ? "no such host" : strerror(errno);
+}
+
 static int open_waiting(struct sim_connection *self, const char *where, uint16_t role,
                         int timeout_ms, const struct sim_wait *wait) {
     INVARIANT(role == SIMRIG_ROLE_BOARD || role == SIMRIG_ROLE_CONTROL);
@@ -270,10 +277,8 @@ static int open_waiting(struct sim_connection *self, const char *where, uint16_t
         return ERROR_ARGUMENT;
     }
     if (made < 0) {
-        const char *why = made == ERROR_TIMEOUT ? "no answer"
-                          : errno == 0          ? "no such host"
-                                                : strerror(errno);
-        report(self, "no simulated rig at %s: %s (is simrig running?)", where, why);
+        report(self, "no simulated rig at %s: %s (is simrig running?)", where,
+               explain_failure(made));
         return made;
     }
     self->socket = made;

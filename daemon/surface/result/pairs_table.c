@@ -111,12 +111,14 @@ int pairs_table_save(const struct pairs_table *self, const char *out, struct mes
     if (directory >= 0) {
         close(directory);
     }
-    return written ? ERROR_OK
-                   : message_set(message, file_error_is_full(number) ? ERROR_FULL : ERROR_BUFFER,
-                                 "writing %s/" PAIRS_TABLE_NAME " failed: %s", out,
-                                 number == EEXIST ? "it exists and was not written by vergence "
-                                                    "(move it, or give another directory)"
-                                                  : strerror(number));
+    if (written) {
+        return ERROR_OK;
+    }
+    return message_set(message, file_error_is_full(number) ? ERROR_FULL : ERROR_BUFFER,
+                       "writing %s/" PAIRS_TABLE_NAME " failed: %s", out,
+                       number == EEXIST ? "it exists and was not written by vergence "
+                                          "(move it, or give another directory)"
+                                        : strerror(number));
 }
 
 static cJSON *read_table(const char *out) {

@@ -51,6 +51,8 @@ static void print_pictures(const struct reconstruct_context *context, struct jso
 
 static void print_calibration(const struct reconstruct_context *context, struct json *json) {
     const struct calibration *calibration = context->calibration;
+    const char *mismatch = context->mismatch.text[0] != '\0' ? context->mismatch.text : NULL;
+    const char *match = context->axes_compared ? "yes" : "not known";
     char crc[16], text[CALIBRATION_TEXT_MAX_BYTES];
     snprintf(crc, sizeof crc, "%08" PRIx32, context->result->calibration_crc);
     json_open_object(json, "calibration");
@@ -62,11 +64,8 @@ static void print_calibration(const struct reconstruct_context *context, struct 
     json_text(json, "note", calibration->note);
     json_bool(json, "rectified", calibration->rectified);
     json_real(json, "baseline_mm", calibration_baseline_mm(calibration), 10);
-    json_text(json, "match",
-              context->mismatch.text[0] != '\0' ? "no, accepted"
-              : context->axes_compared          ? "yes"
-                                                : "not known");
-    json_text(json, "mismatch", context->mismatch.text[0] != '\0' ? context->mismatch.text : NULL);
+    json_text(json, "match", mismatch != NULL ? "no, accepted" : match);
+    json_text(json, "mismatch", mismatch);
     // In use: of the pair's own zoom, corrected, of the window.
     const bool printed = calibration_print(calibration, text, sizeof text) > 0;
     json_text(json, "text", printed ? text : NULL);
