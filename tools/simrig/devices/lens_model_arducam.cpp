@@ -49,7 +49,10 @@ class Arducam : public LensController {
     }
 
     uint16_t read(double time_us, uint8_t index) override {
-        return index < kMotors ? positions_[index] : index == kBusy ? busy(time_us) : 0;
+        if (index < kMotors) {
+            return positions_[index];
+        }
+        return index == kBusy ? busy(time_us) : 0;
     }
 
   private:

@@ -44,16 +44,28 @@ class Mosaic {
         }
     }
     double at(int x, int y) const {
-        x = x < 0 ? -x : x >= frame_.columns ? 2 * frame_.columns - 2 - x : x;
-        y = y < 0 ? -y : y >= frame_.rows ? 2 * frame_.rows - 2 - y : y;
+        x = mirrored(x, frame_.columns);
+        y = mirrored(y, frame_.rows);
         const double dn = frame_.pixels[static_cast<std::size_t>(y * frame_.columns + x)];
         return (dn - black_) * gain_[channel(x, y)];
     }
     // Where green saturates: brighter red or blue next to it would only tint white.
     double white() const { return gain_[1] * (1023 - black_); }
-    static int channel(int x, int y) { return (x + y) % 2 == 0 ? 1 : y % 2 == 0 ? 0 : 2; }
+    static int channel(int x, int y) {
+        if ((x + y) % 2 == 0) {
+            return 1;
+        }
+        return y % 2 == 0 ? 0 : 2;
+    }
 
   private:
+    static int mirrored(int place, int count) {
+        if (place < 0) {
+            return -place;
+        }
+        return place >= count ? 2 * count - 2 - place : place;
+    }
+
     const Frame &frame_;
     double black_;
     double gain_[3];

@@ -91,7 +91,12 @@ void remember(const View &view, const Found &found, double footprint_mm, Remembe
     memory.p = found.p;
     const bool is_sheet = object.solid == nullptr;
     const bool has_tones = !is_sheet && object.material.tones.size() > 1;
-    const double reach = is_sheet ? 3 + 3 * footprint_mm : has_tones ? 0 : 0.1 + 0.4 * footprint_mm;
+    double reach = 0.1 + 0.4 * footprint_mm;
+    if (is_sheet) {
+        reach = 3 + 3 * footprint_mm;
+    } else if (has_tones) {
+        reach = 0;
+    }
     memory.reach2 = reach * reach;
     memory.normal = is_sheet ? object.sheet.normal(found.p)
                              : object.solid->normal(found.p, found.candidate->parts);

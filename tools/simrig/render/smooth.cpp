@@ -65,13 +65,20 @@ double reflected(const Spread &s, const Vec3 &p, double rms_mm, double edge_mm, 
     return std::max(reflectance(s.object->material, place, channel), 0.0);
 }
 
+int count_filters(double along, double across) {
+    if (along < 1.4 * across) {
+        return 1;
+    }
+    return along < 2.5 * across ? 2 : 3;
+}
+
 // Textures of noise, through a filter that is as long as the slant makes it: up to three round ones
 // in a row, whose second moment is that of the whole.
 double filtered_along(const Spread &s, int channel) {
     const double min = s.object->solid == nullptr ? 0.12 : 0.3;
     const double across = std::sqrt(s.filter2 + s.spot_mm * s.spot_mm);
     const double along = across / std::max(s.slant, min);
-    const int count = along < 1.4 * across ? 1 : along < 2.5 * across ? 2 : 3;
+    const int count = count_filters(along, across);
     if (count == 1) {
         return reflected(s, s.middle, std::sqrt(along * across), std::sqrt(s.filter2), channel);
     }

@@ -205,9 +205,11 @@ void SensorPort::on_clock(uint64_t time_ps, int camera) {
     }
     // The last row's words end with those after frame valid's fall.
     const bool blank = (words_.back() & Mt9t001::kFrameValid) == 0;
-    blank_since_ps_ = !blank                 ? 0
-                      : blank_since_ps_ != 0 ? blank_since_ps_
-                                             : time_ps + words_.size() * period_ps_;
+    if (!blank) {
+        blank_since_ps_ = 0;
+    } else if (blank_since_ps_ == 0) {
+        blank_since_ps_ = time_ps + words_.size() * period_ps_;
+    }
     wires_.feed(camera_, words_, !sensor_.clock_inverted());
 }
 

@@ -57,7 +57,8 @@ Arriving LightMap::at(const Vec3 &place_mm) const {
     Numbers sum = {};
     const int layers = nodes_[2] > 1 ? 2 : 1;
     for (int dz = 0; dz < layers; dz++) {
-        const double wz = layers == 1 ? 1 : dz == 0 ? 1 - part[2] : part[2];
+        const double layer_weight = dz == 0 ? 1 - part[2] : part[2];
+        const double wz = layers == 1 ? 1 : layer_weight;
         for (int dy = 0; dy < 2; dy++) {
             const double wy = wz * (dy == 0 ? 1 - part[1] : part[1]);
             const float *a = &values_[index(cell[0], cell[1] + dy, cell[2] + dz)];

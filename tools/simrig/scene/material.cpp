@@ -55,7 +55,8 @@ double plaster(const Material &m, const SurfacePlace &s, int channel) {
     const double factor = 1 + contrast * (0.045 * broad + 0.35 * (lit - marks) + 0.02 * marks +
                                           0.055 * sand + 0.036 * grit - 0.12 * pits);
     // Broad tones are a little warmer or colder as well.
-    const double warm = contrast * 0.018 * broad * (channel == 0 ? 1 : channel == 2 ? -1 : 0);
+    constexpr double kWarm[] = {1, 0, -1};
+    const double warm = contrast * 0.018 * broad * kWarm[channel];
     return m.tones[0].channel[channel] * (factor + warm);
 }
 
@@ -79,8 +80,8 @@ double one_plank(const Material &m, const SurfacePlace &s, int channel, double n
         1 + 0.30 * (own - 0.5) +
         s.texture * m.contrast *
             (0.11 * ring + 0.05 * broad + 0.07 * grain + 0.035 * pores - 0.20 * dark);
-    const double hue = (channel == 0 ? -0.35 : channel == 2 ? 0.55 : 0.0);
-    const double tinted = factor + hue * (factor - 1) * 0.6;
+    constexpr double kHue[] = {-0.35, 0, 0.55};
+    const double tinted = factor + kHue[channel] * (factor - 1) * 0.6;
     return m.tones[0].channel[channel] * std::max(tinted, 0.15);
 }
 

@@ -100,9 +100,12 @@ double Raster::at_level(const Level &level, double scale, int channel, double x,
     const double fx = xs - xi;
     const double fy = ys - yi;
     const auto wrap = [&level](int c) {
-        return c < 0 ? c + level.columns : c >= level.columns ? c - level.columns : c;
+        if (c < 0) {
+            return c + level.columns;
+        }
+        return c >= level.columns ? c - level.columns : c;
     };
-    const auto bound = [&level](int r) { return r < 0 ? 0 : r >= level.rows ? level.rows - 1 : r; };
+    const auto bound = [&level](int r) { return std::clamp(r, 0, level.rows - 1); };
     const int x0 = 3 * wrap(xi) + channel;
     const int x1 = 3 * wrap(xi + 1) + channel;
     const std::uint8_t *upper =

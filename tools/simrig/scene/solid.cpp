@@ -14,6 +14,19 @@ double smaller(double a, double b) {
     return a < b ? a : b;
 }
 
+double sign(double v) {
+    if (v > 0) {
+        return 1;
+    }
+    return v < 0 ? -1 : 0;
+}
+double component(const Vec3 &v, int axis) {
+    if (axis == 0) {
+        return v.x;
+    }
+    return axis == 1 ? v.y : v.z;
+}
+
 // Distance to a rectangle of these half sizes with rounded corners, around 0.
 double rounded_rectangle(double x, double y, double half_x, double half_y, double rounding) {
     const double qx = std::fabs(x) - half_x + rounding;
@@ -50,7 +63,7 @@ double limb_distance(const Part &part, const Vec3 &p) {
     const double x2 = dot(across, across);
     const double y2 = y * y * l2;
     const double z2 = z * z * l2;
-    const double k = (rr > 0 ? 1.0 : rr < 0 ? -1.0 : 0.0) * rr * rr * x2;
+    const double k = sign(rr) * rr * rr * x2;
     if ((z > 0 ? 1.0 : -1.0) * a2 * z2 > k) {
         return std::sqrt(x2 + z2) * il2 - part.s;
     }
@@ -62,7 +75,7 @@ double limb_distance(const Part &part, const Vec3 &p) {
 
 double can_distance(const Part &part, const Vec3 &p) {
     const Vec3 q = p - part.a;
-    const double along = part.axis == 0 ? q.x : part.axis == 1 ? q.y : q.z;
+    const double along = component(q, part.axis);
     const double square = dot(q, q) - along * along;
     return rounded_rectangle(std::sqrt(larger(square, 0)), along, part.r, part.s, part.rounding);
 }

@@ -34,7 +34,19 @@ std::string print(const char *format, ...) {
 std::string escaped(const std::string &text) {
     std::string safe;
     for (const char c : text) {
-        safe += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+        switch (c) {
+            case '<':
+                safe += "&lt;";
+                break;
+            case '>':
+                safe += "&gt;";
+                break;
+            case '&':
+                safe += "&amp;";
+                break;
+            default:
+                safe += c;
+        }
     }
     return safe;
 }
