@@ -75,7 +75,10 @@ static bool is_near(float disparity, float truth) {
 
 static float value_of(const struct pair *pair, int32_t disparity_q8, uint8_t reason) {
     const float own = (float)disparity_q8 / 256;
-    return reason != REASON_VALID ? INFINITY : pair->whole ? floorf(own + 0.5F) : own;
+    if (reason != REASON_VALID) {
+        return INFINITY;
+    }
+    return pair->whole ? floorf(own + 0.5F) : own;
 }
 
 static struct figures score(const struct pair *pair, const int32_t *disparity_q8,

@@ -59,9 +59,10 @@ bool is_list_name(const std::string &path) {
 }
 
 std::string joined(const std::string &folder, const std::string &name) {
-    return folder.empty() || name.front() == '/'
-               ? name
-               : folder + (folder.back() == '/' ? "" : "/") + name;
+    if (folder.empty() || name.front() == '/') {
+        return name;
+    }
+    return folder + (folder.back() == '/' ? "" : "/") + name;
 }
 
 /// Names in a folder, sorted, without hidden ones.

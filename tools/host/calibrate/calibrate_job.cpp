@@ -165,9 +165,10 @@ class runner {
         }
         json_ = calibrate_result_json(result_);
         const int code = write_pair();
-        return code != CLIENT_OK        ? code
-               : solution_.verdict.good ? CLIENT_OK
-                                        : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
+        if (code != CLIENT_OK || solution_.verdict.good) {
+            return code;
+        }
+        return fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
     }
 
     void set_result() {
@@ -346,9 +347,11 @@ class runner {
                                           [this](const char *) { stop_if_interrupted(); });
             stop_if_interrupted();
             fault_known_ = true;
-            fault_ = fault == calibrate_pair_fault::one_mirrors ? mirrored_text()
-                     : fault == calibrate_pair_fault::apart     ? apart_text()
-                                                                : "";
+            if (fault == calibrate_pair_fault::one_mirrors) {
+                fault_ = mirrored_text();
+            } else if (fault == calibrate_pair_fault::apart) {
+                fault_ = apart_text();
+            }
         }
         return fault_;
     }

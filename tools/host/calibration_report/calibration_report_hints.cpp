@@ -17,7 +17,10 @@ const char *const area_names[3][3] = {{"top left", "top", "top right"},
                                       {"bottom left", "bottom", "bottom right"}};
 
 const char *camera_name(int cameras, int camera) {
-    return cameras == 1 ? "the image" : camera == 0 ? "the left image" : "the right image";
+    if (cameras == 1) {
+        return "the image";
+    }
+    return camera == 0 ? "the left image" : "the right image";
 }
 
 /// A ninth of one camera's image.

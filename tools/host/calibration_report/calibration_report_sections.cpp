@@ -33,10 +33,20 @@ std::string depth_card(const calib::solution &result, const calibration_figures 
                          ", the boards' median distance: the calibration's own share, one sigma");
 }
 
+const char *class_of(const calib::solution &result) {
+    if (result.verdict.good) {
+        return "is-good";
+    }
+    return result.solved ? "is-fair" : "is-bad";
+}
+
 }  // namespace
 
 const char *calibration_report_side(const calibration_page &page, int camera) {
-    return page.seen->cameras == 1 ? "camera" : camera == 0 ? "left" : "right";
+    if (page.seen->cameras == 1) {
+        return "camera";
+    }
+    return camera == 0 ? "left" : "right";
 }
 
 std::string calibration_report_image_name(const calibration_page &page, std::size_t capture,
@@ -69,10 +79,8 @@ std::string calibration_report_verdict_box(const std::string &kind, const std::s
 
 std::string calibration_report_verdict(const calib::solution &result) {
     const calib::verdict &verdict = result.verdict;
-    return calibration_report_verdict_box(verdict.good    ? "is-good"
-                                          : result.solved ? "is-fair"
-                                                          : "is-bad",
-                                          verdict.sentence, verdict.reasons, verdict.remarks);
+    return calibration_report_verdict_box(class_of(result), verdict.sentence, verdict.reasons,
+                                          verdict.remarks);
 }
 
 std::string calibration_report_cards(const calibration_page &page,

@@ -21,20 +21,22 @@ std::string label(double x, double y, const std::string &text, const char *style
            report_text_escape(text) + "</text>\n";
 }
 
+const char *fill_of(int boards) {
+    if (boards == 0) {
+        return "#f6dede";
+    }
+    return boards >= CAPTURE_BOARDS_WANTED ? "#e6f3e4" : "#fbf4da";
+}
+
 /// A camera's frame at a zoom with all corners seen there.
 std::string tile_of(const capture_optics &optics, const capture_coverage::camera &camera, int side,
                     double x, double y) {
     const double scale = tile / optics.width_px, height = scale * optics.height_px;
-    const bool enough = camera.boards >= CAPTURE_BOARDS_WANTED;
     std::string svg = report_text_format(
         "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"%s\" "
         "stroke=\"#888\"/>\n<path stroke=\"%s\" stroke-width=\"1.6\" stroke-linecap=\"round\" "
         "d=\"",
-        x, y, tile, height,
-        camera.boards == 0 ? "#f6dede"
-        : enough           ? "#e6f3e4"
-                           : "#fbf4da",
-        colours[side]);
+        x, y, tile, height, fill_of(camera.boards), colours[side]);
     for (const auto &point : camera.points) {
         svg += report_text_format("M%.1f %.1fh0", x + scale * point[0], y + scale * point[1]);
     }

@@ -22,7 +22,11 @@ void print_outcome(const calibrate_outcome &outcome, const calibrate_output &out
     for (size_t i = 0; i < outcome.notes.size() && !output.quiet; i++) {
         print_line("vergence: note", outcome.notes[i]);
     }
-    std::cout << (output.json ? outcome.json : output.quiet ? "" : outcome.text);
+    if (output.json) {
+        std::cout << outcome.json;
+    } else if (!output.quiet) {
+        std::cout << outcome.text;
+    }
     std::cout.flush();
     if (outcome.code != CLIENT_OK) {
         print_line("vergence calibrate", outcome.message);

@@ -184,9 +184,10 @@ reader reader_for(const std::string &path) {
 
 /// The reader for an operand, which may be a directory.
 reader reader_of(const std::string &path) {
-    return session_pairs_here(path.c_str())        ? info_session
-           : input_file_is_directory(path.c_str()) ? nullptr
-                                                   : reader_for(path);
+    if (session_pairs_here(path.c_str())) {
+        return info_session;
+    }
+    return input_file_is_directory(path.c_str()) ? nullptr : reader_for(path);
 }
 
 /// The matching word of a list of words separated by blanks.

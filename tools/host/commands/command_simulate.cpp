@@ -140,12 +140,15 @@ std::string quoted_if_needed(const std::string &word) {
 
 /// An address by which vergenced finds the rig from any directory; a port is known only to the rig.
 std::string address_of_rig(const std::string &listen) {
+    if (listen.compare(0, 4, "tcp:") == 0) {
+        return "ADDRESS";
+    }
     char here[4096];
     const bool relative = listen.compare(0, 5, "unix:") == 0 && listen.compare(0, 6, "unix:/") != 0;
-    return listen.compare(0, 4, "tcp:") == 0 ? "ADDRESS"
-           : relative && getcwd(here, sizeof here) != nullptr
-               ? "unix:" + std::string(here) + "/" + listen.substr(5)
-               : listen;
+    if (relative && getcwd(here, sizeof here) != nullptr) {
+        return "unix:" + std::string(here) + "/" + listen.substr(5);
+    }
+    return listen;
 }
 
 /// The next commands, ready to be copied.
@@ -261,5 +264,8 @@ int command_simulate(int argc, char **argv) {
     const char *scene = nullptr;
     int count = 0;
     const int parsed = options_parse(&page, argc, argv, &asked, &scene, &count);
-    return parsed != OPTIONS_CONTINUE ? parsed : become_simrig(asked, count > 0 ? scene : nullptr);
+    if (parsed != OPTIONS_CONTINUE) {
+        return parsed;
+    }
+    return become_simrig(asked, count > 0 ? scene : nullptr);
 }

@@ -105,16 +105,22 @@ std::string import_place(const import_entries &entries, const std::string &name)
 }
 
 double import_stated_unit_mm(const import_options &options) {
-    return options.unit == "mm"   ? 1.0
-           : options.unit == "cm" ? 10.0
-           : options.unit == "m"  ? 1000.0
-                                  : 0.0;
+    if (options.unit == "mm") {
+        return 1;
+    }
+    if (options.unit == "cm") {
+        return 10;
+    }
+    return options.unit == "m" ? 1000 : 0;
 }
 
 double import_unit_mm(const import_options &options, double format_mm, import_pair *pair) {
     const double stated_mm = import_stated_unit_mm(options);
     pair->format_unit_mm = format_mm;
-    return stated_mm > 0 ? stated_mm : format_mm > 0 ? format_mm : 1;
+    if (stated_mm > 0) {
+        return stated_mm;
+    }
+    return format_mm > 0 ? format_mm : 1;
 }
 
 void import_stated_size(const import_file &file, const std::string &format,

@@ -129,7 +129,8 @@ import_pair import_kitti(const import_file &file, const import_options &options)
     pair.tag = "kitti";
     const bool bare = from.has("P0") || from.has("P2");
     const bool colour = from.has("P2") || from.has("P_rect_02") || from.has("K_02");
-    const int first = options.first_camera >= 0 ? options.first_camera : colour ? 2 : 0;
+    const int usual = colour ? 2 : 0;
+    const int first = options.first_camera >= 0 ? options.first_camera : usual;
     const std::string left = std::to_string(first), right = std::to_string(first + 1);
     pair.assumed.push_back("left image of camera " + left + ", right of camera " + right);
     const std::string left2 = "0" + left, right2 = "0" + right;

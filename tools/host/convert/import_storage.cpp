@@ -283,6 +283,13 @@ std::string unread_array(const numpy_array &array) {
            "): save it as one matrix or list of numbers (numpy.asarray(..., float))";
 }
 
+import_storage_kind kind_of(const numpy_array &array) {
+    if (array.shape.empty()) {
+        return kind::number;
+    }
+    return array.shape.size() == 1 ? kind::list : kind::matrix;
+}
+
 std::vector<import_storage_entry> read_numpy(const import_file &file) {
     std::vector<numpy_array> arrays;
     std::string reason;
@@ -295,9 +302,7 @@ std::vector<import_storage_entry> read_numpy(const import_file &file) {
         entry.name = array.name;
         entry.numbers = array.numbers;
         if (!array.numbers.empty() && array.shape.size() <= 2) {
-            entry.kind = array.shape.empty()       ? kind::number
-                         : array.shape.size() == 1 ? kind::list
-                                                   : kind::matrix;
+            entry.kind = kind_of(array);
         } else {
             entry.unread = unread_array(array);
         }
@@ -310,17 +315,22 @@ std::vector<import_storage_entry> read_numpy(const import_file &file) {
     return entries;
 }
 
+json read_root(const import_file &file) {
+    const size_t first = file.text.find_first_not_of(" \t\r\n");
+    const char begin = first == std::string::npos ? '\0' : file.text[first];
+    if (begin == '<') {
+        return json_of(file, xml_reader(file).read_document(), 0);
+    }
+    return begin == '{' ? import_json(file) : read_yaml(file);
+}
+
 }  // namespace
 
 std::vector<import_storage_entry> import_storage_read(const import_file &file) {
     if (numpy_archive_matches(file.text)) {
         return read_numpy(file);
     }
-    const size_t first = file.text.find_first_not_of(" \t\r\n");
-    const char begin = first == std::string::npos ? '\0' : file.text[first];
-    const json root = begin == '<'   ? json_of(file, xml_reader(file).read_document(), 0)
-                      : begin == '{' ? import_json(file)
-                                     : read_yaml(file);
+    const json root = read_root(file);
     std::vector<import_storage_entry> entries;
     for (const auto &pair : root.items()) {
         entries.push_back(entry_of(file, pair.key(), pair.value()));

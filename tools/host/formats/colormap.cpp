@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/formats/colormap.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -32,7 +33,7 @@ bool in_gamut(const linear_rgb &c) {
 }
 
 std::uint8_t srgb_byte(double linear) {
-    const double clipped = linear < 0 ? 0 : (linear > 1 ? 1 : linear);
+    const double clipped = std::clamp(linear, 0.0, 1.0);
     const double encoded =
         clipped <= 0.0031308 ? 12.92 * clipped : 1.055 * std::pow(clipped, 1 / 2.4) - 0.055;
     return static_cast<std::uint8_t>(std::lround(255 * encoded));

@@ -15,16 +15,33 @@
 
 namespace {
 
+std::size_t sequence_length(unsigned first) {
+    if (first >= 0xC2 && first <= 0xDF) {
+        return 2;
+    }
+    if (first >= 0xE0 && first <= 0xEF) {
+        return 3;
+    }
+    return first >= 0xF0 && first <= 0xF4 ? 4 : 0;
+}
+
+int decimals_of(double size) {
+    if (size >= 1000) {
+        return 0;
+    }
+    if (size >= 100) {
+        return 1;
+    }
+    return size >= 1 ? 2 : 3;
+}
+
 /// Length in bytes of the well-formed UTF-8 character at text[at], 0 when it is not one.
 std::size_t utf8_length(const std::string &text, std::size_t at) {
     const unsigned first = static_cast<unsigned char>(text[at]);
     if (first < 0x80) {
         return 1;
     }
-    const std::size_t length = first >= 0xC2 && first <= 0xDF   ? 2
-                               : first >= 0xE0 && first <= 0xEF ? 3
-                               : first >= 0xF0 && first <= 0xF4 ? 4
-                                                                : 0;
+    const std::size_t length = sequence_length(first);
     if (length == 0 || at + length > text.size()) {
         return 0;
     }
@@ -119,8 +136,7 @@ std::string report_text_length(double length_mm, const char *unit) {
     if (std::strcmp(unit, "mm") == 0 && size >= 10000) {
         return report_text_format("%.*f m", size >= 100000 ? 1 : 2, length_mm / 1000);
     }
-    const int decimals = size >= 1000 ? 0 : size >= 100 ? 1 : size >= 1 ? 2 : 3;
-    return report_text_format("%.*f %s", decimals, length_mm, unit);
+    return report_text_format("%.*f %s", decimals_of(size), length_mm, unit);
 }
 
 std::string report_text_bytes(std::size_t bytes) {

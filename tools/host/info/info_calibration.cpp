@@ -187,6 +187,14 @@ void add_plan(const calibration &value, info_page *page) {
         nullptr);
 }
 
+std::string axis_text(const calibration_axis &stood, int axis) {
+    if (stood.kind == CALIBRATION_AXIS_KNOWN) {
+        const char *unit = axis == CALIBRATION_PAN ? " deg" : "";
+        return number_text_with_sigma(stood.mean, stood.spread) + unit;
+    }
+    return stood.kind == CALIBRATION_AXIS_NONE ? "none" : "not known";
+}
+
 /// What it was made with, if its text states it.
 void add_origin(const calibration &value, info_page *page) {
     static const char *const sides[] = {"left", "right"};
@@ -214,11 +222,8 @@ void add_origin(const calibration &value, info_page *page) {
         for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
             const calibration_axis &stood = at.axis[axis];
             const bool known = stood.kind == CALIBRATION_AXIS_KNOWN;
-            const char *unit = axis == CALIBRATION_PAN ? " deg" : "";
             text += std::string(", ") + calibration_reply_axis_name(axis) + " " +
-                    (known ? number_text_with_sigma(stood.mean, stood.spread) + unit
-                     : stood.kind == CALIBRATION_AXIS_NONE ? "none"
-                                                           : "not known");
+                    axis_text(stood, axis);
             one[calibration_reply_axis_name(axis)] =
                 known ? json({{"mean", stood.mean}, {"spread", stood.spread}}) : json(nullptr);
         }

@@ -152,17 +152,17 @@ bool info_image(const std::string &path, info_page *page, std::string *message) 
     const raw_image &image = file.image;
     const meaning *what = meaning_of(path);
     const bool grey = image.layout == RAW_GREY;
-    page->kind = what != nullptr && grey       ? what->kind
-                 : is_reason_map(path) && grey ? "reason map"
-                                               : "image";
+    page->kind = "image";
     add_size(image.width_px, image.height_px, page);
     page->add("bits", "values",
               std::to_string(image.bits) + " bit " + (grey ? "grey" : "colour") + ", up to " +
                   std::to_string(file.brightest),
               image.bits);
     if (what != nullptr && grey) {
+        page->kind = what->kind;
         add_values(image, *what, page);
     } else if (is_reason_map(path) && grey) {
+        page->kind = "reason map";
         add_reasons(image, page);
     }
     image_file_free(&file);

@@ -161,6 +161,13 @@ std::string mismatch_of(const reading &self, const calibration &value) {
     return calibration_match(&value, &self.state, accept, &why) == ERROR_OK ? "" : why.text;
 }
 
+std::string match_text(const std::string &why, bool known) {
+    if (!why.empty()) {
+        return ", does not match: " + why;
+    }
+    return known ? ", matches" : ", unknown whether it matches: axis positions are missing";
+}
+
 /// The calibration that was active.
 bool add_calibration(reading *self, info_page *page, document *object) {
     (*object)["calibration"] = document();
@@ -190,9 +197,7 @@ bool add_calibration(reading *self, info_page *page, document *object) {
     page->add("", "calibration",
               std::string(value.id) + " (" + name + ")" +
                   (value.date[0] != '\0' ? std::string(", made ") + value.date : "") +
-                  (!why.empty() ? ", does not match: " + why
-                   : known      ? ", matches"
-                                : ", unknown whether it matches: axis positions are missing"),
+                  match_text(why, known),
               document());
     (*object)["calibration"] = {
         {"id", value.id},

@@ -141,7 +141,10 @@ void add_depth(const zoom_calibration &value, info_page *page) {
 }
 
 const char *unit_of(const std::string &axis) {
-    return axis == "distance" ? "mm" : axis.find("pan") != std::string::npos ? "deg" : "counts";
+    if (axis == "distance") {
+        return "mm";
+    }
+    return axis.find("pan") != std::string::npos ? "deg" : "counts";
 }
 
 /// The words of "key=number,...". False: the text is not such a list.

@@ -81,12 +81,13 @@ void set_positions(const reconstruct_result &mesh, double pitch_m, glb_parts *pa
 
 /// As unit vectors in glTF's frame.
 void set_normals(const reconstruct_result &mesh, glb_part *part) {
+    constexpr double towards_viewer[] = {0, 0, 1};
     for (std::size_t i = 0; i < part->count; i++) {
         const std::int16_t *q14 = mesh.normals_q14[i];
         const double v[3] = {1.0 * q14[0], -1.0 * q14[1], -1.0 * q14[2]};
         const double length = std::hypot(v[0], v[1], v[2]);
         for (std::size_t axis = 0; axis < 3; axis++) {
-            const double unit = length > 0 ? v[axis] / length : axis == 2 ? 1 : 0;
+            const double unit = length > 0 ? v[axis] / length : towards_viewer[axis];
             put(part, i, axis, static_cast<std::int8_t>(std::lround(max_i8 * unit)));
         }
     }

@@ -220,6 +220,7 @@ value *allocate(std::size_t count) {
 
 /// Area-weighted sums of the triangles' normals.
 void set_normals(reconstruct_result *mesh) {
+    constexpr double towards_camera[] = {0, 0, -1};
     std::vector<std::array<double, 3>> sums(mesh->vertex_count);
     for (std::uint32_t i = 0; i < mesh->triangle_count; i++) {
         const std::uint32_t *corner = mesh->triangles[i];
@@ -235,7 +236,7 @@ void set_normals(reconstruct_result *mesh) {
         const std::array<double, 3> &sum = sums[i];
         const double length = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
         for (std::size_t axis = 0; axis < 3; axis++) {
-            const double unit = length > 0 ? sum[axis] / length : axis == 2 ? -1 : 0;
+            const double unit = length > 0 ? sum[axis] / length : towards_camera[axis];
             mesh->normals_q14[i][axis] = static_cast<std::int16_t>(std::lround(16384 * unit));
         }
     }

@@ -10,15 +10,27 @@
 #include "daemon/images/picture.h"
 #include "tools/host/convert/export.hpp"
 
+namespace {
+
+const char *encoding_of(raw_layout layout, bool wide) {
+    switch (layout) {
+        case RAW_GREY:
+            return wide ? "mono16" : "mono8";
+        case RAW_RGB:
+            return wide ? "rgb16" : "rgb8";
+        default:
+            return wide ? "bayer_grbg16" : "bayer_grbg8";
+    }
+}
+
+}  // namespace
+
 ros_image frame_raw_message(const raw_image &image) {
-    static const char *const encodings[3][2] = {
-        {"mono8", "mono16"}, {"rgb8", "rgb16"}, {"bayer_grbg8", "bayer_grbg16"}};
-    const int layout = image.layout == RAW_GREY ? 0 : image.layout == RAW_RGB ? 1 : 2;
     const bool wide = image.bits > 8;
     ros_image out;
     out.width_px = static_cast<uint32_t>(image.width_px);
     out.height_px = static_cast<uint32_t>(image.height_px);
-    out.encoding = encodings[layout][wide];
+    out.encoding = encoding_of(image.layout, wide);
     const size_t row_values = raw_image_row_values(&image);
     out.row_bytes = static_cast<uint32_t>(row_values * (wide ? 2 : 1));
     out.data.reserve(static_cast<size_t>(out.row_bytes) * out.height_px);

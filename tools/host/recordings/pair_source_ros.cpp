@@ -88,10 +88,11 @@ const encoding &encoding_of(const ros_image &from, const std::string &name) {
 }
 
 uint16_t value_at(const unsigned char *bytes, int count, bool big_endian) {
-    const unsigned first = bytes[0];
-    return static_cast<uint16_t>(count == 1   ? first
-                                 : big_endian ? first << 8 | bytes[1]
-                                              : first | static_cast<unsigned>(bytes[1]) << 8);
+    if (count == 1) {
+        return bytes[0];
+    }
+    const unsigned first = bytes[0], second = bytes[1];
+    return static_cast<uint16_t>(big_endian ? first << 8 | second : first | second << 8);
 }
 
 /// An image without pixels; its bytes are there.

@@ -119,14 +119,12 @@ std::string calibration_table(const reconstruct_context &context, const report_f
 
 /// Unknown for images that do not belong to a session.
 std::string capture_table(const reconstruct_context &context) {
+    static const char *const names[CAPTURE_INFO_LINES] = {"pair", "left camera", "right camera"};
     std::string rows;
     for (int line = 0; context.capture.session != nullptr && line < CAPTURE_INFO_LINES; line++) {
         char text[CAPTURE_INFO_BYTES];
         capture_info_line(&context.capture, line, text);
-        rows += page_row(line == 0   ? "pair"
-                         : line == 1 ? "left camera"
-                                     : "right camera",
-                         report_text_escape(text));
+        rows += page_row(names[line], report_text_escape(text));
     }
     return rows.empty() ? rows : page_table("Capture", {}, rows);
 }

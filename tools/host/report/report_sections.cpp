@@ -10,6 +10,8 @@
 
 namespace {
 
+constexpr int last_tick = 6;
+
 std::string rows_card(const reconstruct_context &context, const report_figures &figures) {
     const triangulate_vertical &vertical = context.result->vertical;
     std::string value = figures.vertical.word;
@@ -65,6 +67,14 @@ std::string common_text(const reconstruct_context &context, const report_figures
                : "; common to all points ± " +
                      report_text_length(context.depth_sigma_common_mm, figures.unit) +
                      " more, from calibration and axes";
+}
+
+/// The anchor that keeps the label of a tick of the histogram within the drawing.
+const char *anchor_of(int tick) {
+    if (tick == 0) {
+        return "start";
+    }
+    return tick == last_tick ? "end" : "middle";
 }
 
 }  // namespace
@@ -163,11 +173,11 @@ std::string report_sections_histogram(const report_figures &figures) {
     }
     svg += report_text_format("<line x1=\"0\" x2=\"%.0f\" y1=\"%.1f\" y2=\"%.1f\"/>\n", width,
                               height + 0.5, height + 0.5);
-    for (int i = 0; i <= 6; i++) {
-        const double share = i / 6.0;
+    for (int i = 0; i <= last_tick; i++) {
+        const double share = static_cast<double>(i) / last_tick;
         svg += report_text_format(
             "<text x=\"%.1f\" y=\"%.0f\" text-anchor=\"%s\">%s</text>\n", width * share,
-            height + 22, i == 0 ? "start" : (i == 6 ? "end" : "middle"),
+            height + 22, anchor_of(i),
             report_text_length(histogram.low_mm + share * (histogram.high_mm - histogram.low_mm),
                                figures.unit)
                 .c_str());

@@ -49,6 +49,13 @@ std::vector<std::string> words_of(const view_settings &settings, const std::stri
     return words;
 }
 
+const char *type_of(const std::string &name) {
+    if (ends_with(name, ".svg")) {
+        return "image/svg+xml";
+    }
+    return ends_with(name, ".png") ? "image/png" : "text/plain; charset=utf-8";
+}
+
 std::string last_line(std::string text) {
     text.erase(text.find_last_not_of('\n') + 1);
     return text.substr(text.rfind('\n') + 1);
@@ -128,9 +135,7 @@ bool view_result_read(view_source *source, const view_settings &settings, const 
         !view_results_make_folder(settings.out, error)) {
         return false;
     }
-    result->type = ends_with(name, ".svg")   ? "image/svg+xml"
-                   : ends_with(name, ".png") ? "image/png"
-                                             : "text/plain; charset=utf-8";
+    result->type = type_of(name);
     const std::string local = source->fetch(name, settings.out, error);
     return !local.empty() &&
            whole_file_read(local, result_max_bytes, "a file", &result->content, error) == 0;
