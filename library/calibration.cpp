@@ -118,9 +118,21 @@ int load(const std::string &path, const char *const *options, vergence_calibrati
 }
 
 int code_of_exit(int exit_code) {
-    return exit_code == CLIENT_FAILED  ? ERROR_IO
-           : exit_code == CLIENT_USAGE ? ERROR_ARGUMENT
-                                       : ERROR_MISSING;
+    if (exit_code == CLIENT_FAILED) {
+        return ERROR_IO;
+    }
+    return exit_code == CLIENT_USAGE ? ERROR_ARGUMENT : ERROR_MISSING;
+}
+
+vergence_lens lens_of(lens_kind kind) {
+    switch (kind) {
+        case LENS_RATIONAL:
+            return VERGENCE_RATIONAL;
+        case LENS_EQUIDISTANT:
+            return VERGENCE_EQUIDISTANT;
+        default:
+            return VERGENCE_BROWN_CONRADY;
+    }
 }
 
 bool stop_calibrating(void *self) {
@@ -249,11 +261,8 @@ const char *vergence_calibration_note(const vergence_calibration *one, size_t nu
 void vergence_calibration_camera(const vergence_calibration *one, int side,
                                  vergence_camera *camera) {
     const lens &from = side == 0 ? one->value.left : one->value.right;
-    *camera = {from.width_px, from.height_px,         from.fx_px, from.fy_px, from.cx_px,
-               from.cy_px,    VERGENCE_BROWN_CONRADY, {}};
-    camera->lens = from.kind == LENS_RATIONAL      ? VERGENCE_RATIONAL
-                   : from.kind == LENS_EQUIDISTANT ? VERGENCE_EQUIDISTANT
-                                                   : VERGENCE_BROWN_CONRADY;
+    *camera = {from.width_px, from.height_px, from.fx_px,         from.fy_px,
+               from.cx_px,    from.cy_px,     lens_of(from.kind), {}};
     const std::vector<double> values = export_coefficients(from);
     std::copy(values.begin(), values.end(), camera->coefficients);
 }

@@ -66,11 +66,12 @@ int write_file(const atomic_dir &directory, const vergence_file &file, message *
     const bool written =
         stream != nullptr && std::fwrite(file.data, 1, file.bytes, stream) == file.bytes;
     const bool closed = stream != nullptr && std::fclose(stream) == 0;
-    return written && closed
-               ? ERROR_OK
-               : message_set(line, file_error_is_full(errno) ? ERROR_FULL : ERROR_BUFFER,
-                             "writing %s/%s failed: %s", directory.final_path, file.name,
-                             std::strerror(errno));
+    if (written && closed) {
+        return ERROR_OK;
+    }
+    return message_set(line, file_error_is_full(errno) ? ERROR_FULL : ERROR_BUFFER,
+                       "writing %s/%s failed: %s", directory.final_path, file.name,
+                       std::strerror(errno));
 }
 
 bool is_result(const char *name) {

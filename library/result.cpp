@@ -30,6 +30,13 @@ int channels_of(const vergence_image &image) {
     return image.layout == VERGENCE_RGB || image.layout == VERGENCE_BGR ? 3 : 1;
 }
 
+raw_layout layout_of(const vergence_image &image) {
+    if (image.layout == VERGENCE_BAYER_GRBG) {
+        return RAW_BAYER_GRBG;
+    }
+    return channels_of(image) == 3 ? RAW_RGB : RAW_GREY;
+}
+
 /// One row as the core's images have it.
 void convert_row(const vergence_image &image, int y, std::vector<uint16_t> *row) {
     const auto *bytes = static_cast<const uint8_t *>(image.data) + y * image.row_bytes;
@@ -45,14 +52,21 @@ void convert_row(const vergence_image &image, int y, std::vector<uint16_t> *row)
 /// What the program cannot know of an image in memory; "": nothing is wrong.
 std::string fault_of(const vergence_image &image) {
     const int bits = image.bits != 0 ? image.bits : 8 * image.value_bytes;
-    return image.data == nullptr                              ? "no pixels"
-           : image.value_bytes != 1 && image.value_bytes != 2 ? "values must have 8 or 16 bits"
-           : bits < 8 || bits > 8 * image.value_bytes         ? "bits must be 8 to 16"
-           : image.layout < VERGENCE_GREY || image.layout > VERGENCE_BAYER_GRBG ? "unknown layout"
-           : image.value_bytes == 2 &&
-                   (reinterpret_cast<uintptr_t>(image.data) % 2 != 0 || image.row_bytes % 2 != 0)
-               ? "16 bit values must be aligned"
-               : "";
+    if (image.data == nullptr) {
+        return "no pixels";
+    }
+    if (image.value_bytes != 1 && image.value_bytes != 2) {
+        return "values must have 8 or 16 bits";
+    }
+    if (bits < 8 || bits > 8 * image.value_bytes) {
+        return "bits must be 8 to 16";
+    }
+    if (image.layout < VERGENCE_GREY || image.layout > VERGENCE_BAYER_GRBG) {
+        return "unknown layout";
+    }
+    const bool aligned =
+        reinterpret_cast<uintptr_t>(image.data) % 2 == 0 && image.row_bytes % 2 == 0;
+    return image.value_bytes == 2 && !aligned ? "16 bit values must be aligned" : "";
 }
 
 int read_image(void *self, int side, const image_request *, image_file *file, message *message) {
@@ -64,10 +78,7 @@ int read_image(void *self, int side, const image_request *, image_file *file, me
     const int channels = channels_of(image);
     const int error = image_file_begin(file, image.width_px, image.height_px, channels,
                                        image.bits != 0 ? image.bits : 8 * image.value_bytes,
-                                       image.layout == VERGENCE_BAYER_GRBG ? RAW_BAYER_GRBG
-                                       : channels == 3                     ? RAW_RGB
-                                                                           : RAW_GREY,
-                                       message);
+                                       layout_of(image), message);
     if (error != ERROR_OK) {
         return error;
     }

@@ -230,11 +230,18 @@ std::vector<radius_pair> radii_of(const lens_frame &frame, lens lens, lens_kind 
     return radii;
 }
 
+int count_radial(lens_kind kind) {
+    if (kind == LENS_RATIONAL) {
+        return 6;
+    }
+    return kind == LENS_EQUIDISTANT ? 4 : 3;
+}
+
 // Coefficients of r (1 + k1 r^2 + k2 r^4 + ...) - seen (k4 r^2 + k5 r^4 + k6 r^6) = seen, the
 // latter part for a rational lens only: linear in them. Radii are scaled to the largest one.
 vector fit_radii(const std::vector<radius_pair> &radii, lens_kind kind) {
     const bool rational = kind == LENS_RATIONAL;
-    const int count = rational ? 6 : kind == LENS_EQUIDISTANT ? 4 : 3;
+    const int count = count_radial(kind);
     if (long(radii.size()) <= count) {
         return vector::Zero(count);
     }
@@ -326,9 +333,10 @@ bool project(const lens_frame &frame, const lens_state &state, const double poin
 }
 
 lens_kind lens_model::lens() const {
-    return distortion == RATIONAL      ? LENS_RATIONAL
-           : distortion == EQUIDISTANT ? LENS_EQUIDISTANT
-                                       : LENS_BROWN_CONRADY;
+    if (distortion == RATIONAL) {
+        return LENS_RATIONAL;
+    }
+    return distortion == EQUIDISTANT ? LENS_EQUIDISTANT : LENS_BROWN_CONRADY;
 }
 
 bool lens_model::estimates(int parameter) const {

@@ -56,10 +56,10 @@ class square_reader {
     /// Mean grey level about (u, v), sampled `reach` to each side; none outside the image.
     std::optional<double> mean_at(double u, double v, double reach) const {
         double sum = 0;
+        const double du[] = {0, reach, -reach, reach, -reach};
+        const double dv[] = {0, -reach, reach, reach, -reach};
         for (int i = 0; i < 5; i++) {
-            const double du = i == 0 ? 0 : (i & 1 ? reach : -reach);
-            const double dv = i == 0 ? 0 : (i & 2 ? reach : -reach);
-            const Eigen::Vector2d p = map_.at(u + du, v + dv);
+            const Eigen::Vector2d p = map_.at(u + du[i], v + dv[i]);
             const double x = full_to_level(p.x(), level_), y = full_to_level(p.y(), level_);
             if (!plane_.holds(x, y, 0)) {
                 return std::nullopt;

@@ -160,9 +160,10 @@ class solver {
         const lens_model::kind asked = options_.choose_model
                                            ? options_.distortion.value_or(lens_model::RATIONAL)
                                            : options_.model.distortion;
-        return asked == lens_model::EQUIDISTANT ? wide_start::ALWAYS
-               : asked == lens_model::RATIONAL  ? wide_start::IF_BETTER
-                                                : wide_start::NEVER;
+        if (asked == lens_model::EQUIDISTANT) {
+            return wide_start::ALWAYS;
+        }
+        return asked == lens_model::RATIONAL ? wide_start::IF_BETTER : wide_start::NEVER;
     }
 
     std::string begin(double left_factor, double right_factor, wide_start wide,

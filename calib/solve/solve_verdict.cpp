@@ -153,11 +153,14 @@ std::string scatter_of(const fit_test &fit) {
 
 // What helps where a lens does not follow its model.
 std::string other_lens(const solution &found) {
-    const char *others =
-        found.model_given                                   ? "omit --model"
-        : found.model.distortion == lens_model::EQUIDISTANT ? "try --model rational"
-        : found.model.distortion == lens_model::RATIONAL    ? "try --model equidistant"
-                                                            : "try --model equidistant or rational";
+    const char *others = "try --model equidistant or rational";
+    if (found.model_given) {
+        others = "omit --model";
+    } else if (found.model.distortion == lens_model::EQUIDISTANT) {
+        others = "try --model rational";
+    } else if (found.model.distortion == lens_model::RATIONAL) {
+        others = "try --model equidistant";
+    }
     return sentence("%s, or crop all pictures to the middle, where lenses bend less", others);
 }
 

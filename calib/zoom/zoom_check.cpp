@@ -236,7 +236,9 @@ void check_focal(const zoom_solution &solution, std::vector<std::string> *warnin
             const double part = double(i) / ZOOM_SAMPLES;
             const double counts = camera.zoom.min + (camera.zoom.max - camera.zoom.min) * part;
             const double f_px = zoom_function_value(&camera, ZOOM_FOCAL, counts);
-            growing += i > 0 ? (f_px > last ? 1 : -1) : 0;
+            if (i > 0) {
+                growing += f_px > last ? 1 : -1;
+            }
             last = f_px;
         }
         if (std::abs(growing) < ZOOM_SAMPLES) {

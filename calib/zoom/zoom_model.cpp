@@ -130,9 +130,8 @@ zoom_camera zoom_camera_of(const zoom_problem &problem, const zoom_layout &layou
         for (int i = skipped; i < function.terms; i++) {
             function.term[i] = term[i - skipped];
             // T_i(-1) is 1 or -1: a function without a constant term is 0 at the lower end.
-            function.term[0] += skipped == 0 ? 0
-                                : i % 2 == 0 ? -function.term[i]
-                                             : function.term[i];
+            const double constant = i % 2 == 0 ? -function.term[i] : function.term[i];
+            function.term[0] += skipped == 0 ? 0 : constant;
         }
     }
     for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {

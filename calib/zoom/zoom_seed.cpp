@@ -118,12 +118,11 @@ std::string make_problem(const zoom_observations &seen, zoom_problem *problem) {
         }
         const int visit = visits.emplace(one.visit, int(visits.size())).first->second;
         problem->places[place.first->second].captures.push_back(i);
+        const double focused_sigma = one.focused ? FOCUSED_SIGMA : 0;
         problem->captures.push_back({one.board,
                                      place.first->second,
                                      visit,
-                                     !focus_found  ? FOCUSED_BY_SCALE_SIGMA
-                                     : one.focused ? FOCUSED_SIGMA
-                                                   : 0,
+                                     focus_found ? focused_sigma : FOCUSED_BY_SCALE_SIGMA,
                                      {setting[LEFT][i], setting[RIGHT][i]},
                                      one.axes,
                                      {view_of(one.view[0]), view_of(one.view[1])}});

@@ -37,20 +37,26 @@ calibration calibrate(const words &line, const nb::object &progress) {
     return {std::unique_ptr<vergence_calibration, calibration_deleter>(made)};
 }
 
+size_t count_coefficients(vergence_lens lens) {
+    switch (lens) {
+        case VERGENCE_EQUIDISTANT:
+            return 4;
+        case VERGENCE_RATIONAL:
+            return 8;
+        default:
+            return 5;
+    }
+}
+
 nb::dict camera_of(const calibration &one, int side) {
     vergence_camera camera;
     vergence_calibration_camera(one.owner.get(), side, &camera);
     const double M[] = {camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1};
-    const bool equidistant = camera.lens == VERGENCE_EQUIDISTANT;
     nb::dict values;
     values["size"] = nb::make_tuple(camera.width_px, camera.height_px);
     values["M"] = copied(M, 3, 3);
-    values["D"] = copied(camera.coefficients,
-                         equidistant                        ? 4
-                         : camera.lens == VERGENCE_RATIONAL ? 8
-                                                            : 5,
-                         1);
-    values["fisheye"] = equidistant;
+    values["D"] = copied(camera.coefficients, count_coefficients(camera.lens), 1);
+    values["fisheye"] = camera.lens == VERGENCE_EQUIDISTANT;
     return values;
 }
 
