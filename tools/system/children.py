@@ -21,7 +21,9 @@ def reason(process, log):
     text = log.read_text(encoding="utf-8", errors="replace").strip()
     code = process.returncode
     # What a program writes while all is well says nothing about a signal.
-    return f"killed by signal {-code}" if code < 0 else text.splitlines()[-1] if text else f"exit code {code}"
+    if code < 0:
+        return f"killed by signal {-code}"
+    return text.splitlines()[-1] if text else f"exit code {code}"
 
 
 class Children:

@@ -123,6 +123,12 @@ def _read_token(path: PathLike) -> str:
                                      "instrument, or name its file, token=)") from None
 
 
+def _spell(given: Any) -> Any:
+    if given is True:
+        return "yes"
+    return "no" if given is False else given
+
+
 class Instrument:
     """A connection; made by `connect`. Every command of the console is a call: `rig("zoom 5x")`, and those
     of daily use are methods. A call returns the items of the answer as a dictionary; "ERR" raises `Error`.
@@ -246,8 +252,7 @@ class Instrument:
     def _command(self, name: str, value: Any, options: dict[str, Any]) -> dict[str, Any]:
         progress = options.pop("progress", None)
         words = [name] + ([] if value is None else [str(value)])
-        words += [f"{key.replace('_', '-')}={'yes' if given is True else 'no' if given is False else given}"
-                  for key, given in options.items()]
+        words += [f"{key.replace('_', '-')}={_spell(given)}" for key, given in options.items()]
         return self(" ".join(words), progress=progress)
 
     def zoom(self, value: Any = None, **options: Any) -> dict[str, Any]:

@@ -283,7 +283,9 @@ def _image(name: str, image: Any, order: str, bayer: Optional[str]) -> tuple[np.
         raise ArgumentError("ARGUMENT", f"bayer is {bayer!r} (expected \"none\" or \"grbg\")")
     if order not in ("rgb", "bgr"):
         raise ArgumentError("ARGUMENT", f"order is {order!r} (expected \"rgb\" or \"bgr\")")
-    layout = order if array.ndim == 3 else "grbg" if bayer == "grbg" else "grey"
+    layout = "grbg" if bayer == "grbg" else "grey"
+    if array.ndim == 3:
+        layout = order
     if not array.dtype.isnative:
         array = array.astype(array.dtype.newbyteorder("="))
     return np.ascontiguousarray(array), _LAYOUTS[layout]

@@ -107,7 +107,9 @@ class Page:
         half = panes[2] / 2
         self.browser.mouse("mouseMoved", panes[0] + half + x * half, panes[1] + y * panes[3])
         found = re.match(r"Here: ([\d.]+) (mm|m)", self.text("depth-here"))
-        return float(found[1]) * (1000 if found[2] == "m" else 1) if found else None
+        if not found:
+            return None
+        return float(found[1]) * (1000 if found[2] == "m" else 1)
 
     def middle_depth(self, y, *columns):
         """The median of the depths at these places of a row; NaN: none was measured."""

@@ -339,12 +339,19 @@ VERDICTS = ("focused", "sharp everywhere", "no contrast", "peak at end of range"
             "misled by lights", "scene changed", "lens jammed")
 
 
+def mark_of(row):
+    if row["false"]:
+        return "FALSE"
+    if row["missed"]:
+        return "missed"
+    return "" if row["ends_sharp"] else "off"
+
+
 def line_of(row):
     reported = "-" if row["reported_px"] is None else f"{row['reported_px']:.1f}"
-    mark = "FALSE" if row["false"] else "missed" if row["missed"] else "" if row["ends_sharp"] else "off"
     return (f"{row['scene'].text()}  {row['class']:10s} {row['verdict']:20s} {row['counts']:+7.1f} "
             f"counts {row['px']:6.1f} px (reported {reported}) {row['frames']} frames "
-            f"{row['seconds']:.1f} s {mark}")
+            f"{row['seconds']:.1f} s {mark_of(row)}")
 
 
 def share(rows, good):
