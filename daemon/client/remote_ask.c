@@ -204,12 +204,9 @@ static enum outcome receive_json(struct answer *self, char *line) {
     const bool ok = json_member_true(all, "ok");
     json_member_text(all, "event", event, sizeof event);
     cJSON_Delete(all);
-    if (!valid && serial) {
-        record_damage(self);
-        return GOES_ON;
-    }
     if (!valid) {
-        return INVALID;
+        record_damage(self);
+        return serial ? GOES_ON : INVALID;
     }
     self->rounds = self->rounds || strcmp(event, "watch") == 0;
     if (!ok || !needs_rounds(self)) {
