@@ -158,6 +158,7 @@ struct measure_step measure_next(struct measure *self, const struct measure_even
     if (event->error == ERROR_CANCELLED) {
         return end(self, ERROR_CANCELLED);
     }
+    self->jammed = self->jammed || event->error == ERROR_JAMMED;
     if (event->lost && !is_computed(phase)) {
         return step_after_loss(self, event);
     }

@@ -163,8 +163,11 @@ static enum measure_outcome take_middle(struct measure *self, const struct measu
         self->focus_off[side] += off;
         most_counts = math_max(most_counts, fabs(off));
     }
-    if (event->error != ERROR_OK || self->tries == MEASURE_FOCUS_TRIES ||
-        !(most_counts > MEASURE_FOCUS_COUNTS)) {
+    if (event->error != ERROR_OK) {
+        measure_lose(self, MEASURE_LOSS_NOT_SHARP);
+        return MEASURE_DONE;
+    }
+    if (self->tries == MEASURE_FOCUS_TRIES || !(most_counts > MEASURE_FOCUS_COUNTS)) {
         return MEASURE_DONE;
     }
     self->tries++;
@@ -316,9 +319,15 @@ static bool has_lost(const struct measure_result *result, enum measure_loss loss
 }
 
 static enum measure_advice advice_for(const struct measure *self) {
+    static const uint32_t of_lens =
+        UINT32_C(1) << MEASURE_LOSS_NOT_ZOOMED | UINT32_C(1) << MEASURE_LOSS_NOT_SHARP;
     const struct measure_result *result = &self->result;
     const bool dark_parts =
         self->dark_part > MEASURE_DARK_PART_MIN && has_lost(result, MEASURE_LOSS_ONE_EXPOSURE);
+    // A calibration does not fit two cameras of which one did not zoom.
+    if (self->jammed && (result->losses & of_lens) != 0) {
+        return MEASURE_ADVICE_FREE;
+    }
     if (has_lost(result, MEASURE_LOSS_MISFIT)) {
         return MEASURE_ADVICE_CALIBRATE;
     }

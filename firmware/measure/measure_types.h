@@ -235,6 +235,7 @@ struct measure_event {
     X(TEXTURE, "give it texture")                                \
     X(STILL, "keep it still")                                    \
     X(CALIBRATE, "calibrate the instrument again")               \
+    X(FREE, "free the lens that does not move")                  \
     X(SECOND_ZOOM,                                               \
       "measure without quick: a second zoom reduces the common " \
       "error")
@@ -291,6 +292,7 @@ struct measure {
     struct measure_result unfocused;  ///< before that
     bool refocused;                   ///< the surface showed the subject out of focus
     bool dark;                        ///< the light that was set last is far from its target
+    bool jammed;                      ///< a lens did not move
     bool other_missed;                ///< the pair at another zoom failed
     bool alone;                       ///< the surface is computed without it
 };

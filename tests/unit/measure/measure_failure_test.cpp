@@ -97,6 +97,21 @@ TEST_CASE("a light that could not be set is not called dark") {
     CHECK(result.advice != MEASURE_ADVICE_LIGHT);
 }
 
+TEST_CASE("a lens that jams is to be freed, whatever the surface says of the calibration") {
+    for (const measure_phase phase : {MEASURE_ZOOM, MEASURE_IRIS, MEASURE_MIDDLE}) {
+        World world(18);
+        world.meddle = [phase](const measure_step &step, measure_event &event) {
+            event.error = step.phase == phase ? ERROR_JAMMED : event.error;
+            event.misfit = step.kind == MEASURE_STEP_SURFACE;
+        };
+        const measure_result result = run(world, wish(MEASURE_WISH_FIT, 360), whole_rig());
+        CHECK(result.error == ERROR_OK);
+        CHECK(
+            lost(result, phase == MEASURE_ZOOM ? MEASURE_LOSS_NOT_ZOOMED : MEASURE_LOSS_NOT_SHARP));
+        CHECK(result.advice == MEASURE_ADVICE_FREE);
+    }
+}
+
 TEST_CASE("what moves is taken once more, then given up") {
     for (const int often : {1, 100}) {
         World world(8);
