@@ -13,7 +13,7 @@
 // ---- what comes from outside
 
 static double clamped(double value, const struct zoom_range *range) {
-    return math_max(range->min, math_min(range->max, value));
+    return math_clamp(value, range->min, range->max);
 }
 
 // Takes over where the motors are, within the calibrated ranges, in whose middle they are if that

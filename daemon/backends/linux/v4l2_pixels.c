@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
+#include "core/math.h"
 #include "daemon/backends/linux/v4l2_jpeg.h"
 
 // Raw mosaics and grey before colours interpolated from fewer samples; compressed formats last.
@@ -46,11 +47,7 @@ static void row_of_bytes(const uint8_t *from, uint16_t *to, size_t values) {
 }
 
 static uint16_t clamp_byte(int value_q8) {
-    const int value = (value_q8 + 128) >> 8;
-    if (value < 0) {
-        return 0;
-    }
-    return (uint16_t)(value > 255 ? 255 : value);
+    return (uint16_t)math_clamp_int((value_q8 + 128) >> 8, 0, 255);
 }
 
 /// Weights in 1/256: of Y, and of the colour differences in red, green and blue.

@@ -196,7 +196,7 @@ static void add_move(const char *axis, const int32_t position[RIG_SIDES],
 }
 
 static int32_t within(const struct lens_axis_settings *axis, double counts) {
-    return (int32_t)math_max(axis->min, math_min(axis->max, math_round(counts)));
+    return (int32_t)math_clamp(math_round(counts), axis->min, axis->max);
 }
 
 static void add_zoom_or_focus(const struct rig *rig, const struct measure_step *step,
