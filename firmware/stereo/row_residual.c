@@ -11,7 +11,7 @@
 #include "stereo/image/reason.h"
 
 enum {
-    SAMPLES_MAX = 4096,
+    SAMPLES_MAX = 1024,
     SAMPLES_MIN = 50,
     STEP_MIN = 4,  // smallest step of the lattice, in pixels
     RADIUS = 4,    // half side of the window: 9x9
@@ -21,8 +21,7 @@ enum {
     MARGIN = RADIUS + REACH + 3,
     STEPS = 6,
     PIXEL_Q16 = 1 << 16,
-    CONVERGED_Q32 = 4295,          // square of a move that is too small to matter: 0.001 px
-    SETTLED_Q32 = 429497,          // square of the last move of an accepted position: 0.01 px
+    SETTLED_Q32 = 429497,          // square of a move that leaves a position as it is: 0.01 px
     SHIFT_MAX_Q16 = 2 << 16,       // along the row, from the match
     RISE_MAX_Q16 = 3 << 15,        // across the rows, from the best whole row
     GREY_BITS = 6,                 // fraction of resampled grey levels
@@ -169,7 +168,7 @@ static bool align(const struct image_u8 *right, const struct target *target, int
     int dx_q16 = 0;
     int dy_q16 = 0;  // from `start`
     int64_t last_q32 = INT64_MAX;
-    for (int step = 0; step < STEPS && last_q32 > CONVERGED_Q32; step++) {
+    for (int step = 0; step < STEPS && last_q32 >= SETTLED_Q32; step++) {
         int16_t window_q6[WINDOW];
         window_at(right, x_right_q16 + dx_q16, (y + start) * PIXEL_Q16 + dy_q16, window_q6);
         int64_t move_x, move_y;

@@ -11,9 +11,10 @@ import sys
 
 # Width, height and disparities of the pair; of the pictures, width and height, then those of the raw images.
 SIZES = {"full": (320, 240, 64, 340, 195, 672, 400), "quick": (160, 120, 32, 170, 98, 336, 200)}
-UNITS = {"board": "searched disparity", "subpixel": "pixel", "paper": "pixel and disparity", "prepare": "pixel",
-         "develop": "raw pixel", "rectify": "pixel, both sides", "mesh": "point", "spread": "point", "file": "pixel"}
-SURFACE = ("board", "subpixel", "prepare", "develop", "rectify", "mesh", "spread", "file")
+UNITS = {"board": "searched disparity", "subpixel": "pixel", "residual": "sample", "paper": "pixel and disparity",
+         "plan": "zoom or pan", "prepare": "pixel", "develop": "raw pixel", "rectify": "pixel, both sides",
+         "mesh": "point", "spread": "point", "file": "pixel"}
+SURFACE = ("board", "subpixel", "residual", "prepare", "develop", "rectify", "mesh", "spread", "file")
 CORE_HZ = 600e6
 # The counters of tools/bfin_devices/dv-bfin_mmu.c, and the processor's own memory (firmware/bf537/l1.S), of which
 # the simulator's hosted environment only has the scratchpad.

@@ -22,6 +22,7 @@
 #include "stereo/mesh.h"
 #include "stereo/pictures.h"
 #include "stereo/reconstruct.h"
+#include "stereo/row_residual.h"
 #include "stereo/subpixel.h"
 #include "stereo/surface.h"
 #include "surface/compact_writer.h"
@@ -185,6 +186,23 @@ static void run_surface(const struct match_output *match, const struct image_u8 
     print_stage("file", &cost, (uint32_t)(width * height), crc);
 }
 
+static void run_residual(const struct match_input *input, const struct match_output *match) {
+    struct row_residual residual;
+    struct triangulate_vertical vertical = {0};
+    const size_t mark = arena_mark(&working);
+    paint_stack();
+    const struct cost begin = read_cost();
+    const int error = row_residual_begin(&residual, input, match, &working);
+    INVARIANT(error == ERROR_OK);
+    row_residual_add(&residual, match->reason.height);
+    row_residual_finish(&residual, &vertical);
+    const struct cost cost = cost_since(&begin);
+    INVARIANT(vertical.samples > 0);
+    print_stage("residual", &cost, (uint32_t)vertical.samples,
+                crc_update(0, &vertical.offset_px, sizeof vertical.offset_px));
+    arena_release(&working, mark);
+}
+
 static void match_and_fit(const struct match_input *input, enum match_preset preset, int width,
                           int height, int disparities) {
     const size_t mark = arena_mark(&working);
@@ -219,6 +237,7 @@ static void match_and_fit(const struct match_input *input, enum match_preset pre
     cost = cost_since(&begin);
     print_stage("subpixel", &cost, (uint32_t)pixels,
                 crc_update(crc_of(&output), sigma.data, pixels));
+    run_residual(input, &output);
     run_surface(&output, &sigma);
     arena_release(&working, mark);
 }
@@ -270,8 +289,23 @@ static struct picture_side take_side(int width, int height, int raw_width, int r
     };
 }
 
+// What each new zoom or pan takes, with the range of depths that the surface above has.
+static void run_plan(const struct calibration *rig) {
+    struct rectify_options options = reconstruct_default_options().rectify;
+    options.depth_near_mm = 500;
+    options.depth_far_mm = 4000;
+    struct rectify_plan plan;
+    paint_stack();
+    const struct cost begin = read_cost();
+    const int error = rectify_plan_make(rig, &options, &plan);
+    const struct cost cost = cost_since(&begin);
+    INVARIANT(error == ERROR_OK);
+    print_stage("plan", &cost, 1, (uint32_t)plan.width_px << 16 | (uint32_t)plan.height_px);
+}
+
 static void run_pictures(int width, int height, int raw_width, int raw_height) {
     const struct calibration rig = rig_of(raw_width, raw_height);
+    run_plan(&rig);
     const struct rectify_plan plan = plan_of(&rig, width, height);
     struct picture_clock clock = {0};
     struct pictures pictures = {
