@@ -28,7 +28,8 @@
 
 enum { NAME_BYTES = 256, LOCAL_WORDS_MAX = 2 * COMMAND_WORDS_MAX + 4 };
 
-/// Options that the instrument does not have: they are for the surface made here.
+/// Options that the instrument does not have: they are for the surface made here, but for the first
+/// of its pictures, too.
 static const char *const local_options[] = {"out",    "board",  "square", "charuco",
                                             "marker", "length", "from",   "to"};
 
@@ -44,17 +45,18 @@ struct measuring {
     int error_number;         // errno of the failure to write them; 0: none
 };
 
-/// Whether a word is `NAME=...` or `--NAME` of a local option; `*has_value`: it contains the value.
-static bool is_local(const char *word, bool *has_value) {
+/// Which local option a word is, as `NAME=...` or `--NAME`; < 0: none. `*has_value`: it contains the
+/// value.
+static int find_local(const char *word, bool *has_value) {
     const char *name = strncmp(word, "--", 2) == 0 ? word + 2 : word;
     const size_t length = strcspn(name, "=");
     *has_value = name[length] == '=';
-    for (size_t i = 0; i < sizeof local_options / sizeof local_options[0]; i++) {
+    for (int i = 0; i < (int)(sizeof local_options / sizeof local_options[0]); i++) {
         if (strlen(local_options[i]) == length && strncmp(name, local_options[i], length) == 0) {
-            return name != word || *has_value;
+            return name != word || *has_value ? i : -1;
         }
     }
-    return false;
+    return -1;
 }
 
 /// A command line, split into what the instrument gets and the options of the local command.
@@ -88,17 +90,24 @@ static bool add_request(struct parts *parts, const char *word, bool quoted) {
 }
 
 /// Checks what would otherwise be found only after the instrument has measured, too.
-static int split(const struct command_words *words, struct parts *parts, struct message *message) {
+static int split(const struct command_words *words, bool has_pictures, struct parts *parts,
+                 struct message *message) {
     *parts = (struct parts){.local_count = 0};
     for (size_t i = 0; i < words->count; i++) {
         const char *word = words->word[i];
         const bool quoted = (words->quoted >> i & 1) != 0;
         bool has_value = false;
-        if (i == 0 || quoted || !is_local(word, &has_value)) {
+        const int local = i == 0 || quoted ? -1 : find_local(word, &has_value);
+        if (local < 0) {
             if (!add_request(parts, word, quoted)) {
                 return message_set(message, ERROR_SYNTAX, "command too long");
             }
             continue;
+        }
+        if (local > 0 && !has_pictures) {
+            return message_set(message, ERROR_ARGUMENT,
+                               "%s: %s requires the pictures, which stay at the instrument",
+                               words->word[0], word);
         }
         add_local(parts, word[0] == '-' ? "" : "--", word);
         if (!has_value && i + 1 == words->count) {
@@ -385,7 +394,7 @@ int remote_measure(struct remote *self, const struct command_words *words, remot
                                   .file.fd = -1};
     self->measure_exit = CLIENT_OK;
     snprintf(measuring.name, NAME_BYTES, "%s", words->count > 1 ? words->word[1] : "");
-    int error = split(words, &parts, message);
+    int error = split(words, measuring.is_measure && !self->line.serial, &parts, message);
     if (error == ERROR_OK && measuring.is_measure &&
         !check_here(self, words, measuring.name, &parts, &error, message)) {
         return error;

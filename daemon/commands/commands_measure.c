@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // `measure` of an instrument with a disk: its pairs and its decisions go into a session, and
 // surfaces are computed on another thread, while this one, the rig's, looks after the rig.
+#include <errno.h>
+#include <fcntl.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "console/measure/measure_driver.h"
 #include "console/measure/measure_request.h"
@@ -26,6 +29,7 @@ struct measuring {
     struct captured_pair *captured;  // in use by the driver
     struct surface_run *run;
     bool accepted;  // the calibration is of another instrument, which was accepted
+    struct message doubt;  // of the surface's pictures
     bool request_noted;
     int noted;  // steps of the report that the session has
 };
@@ -51,6 +55,12 @@ static void give_back(struct measure_driver *driver) {
 
 // Its cameras, and room for its pairs.
 static int check(struct measure_driver *driver) {
+    const struct daemon *daemon = daemon_of(driver->call);
+    if (faccessat(daemon->files_fd, ".", W_OK, AT_EACCESS) != 0) {
+        return command_fail(driver->call, ERROR_REFUSED,
+                            "measure: the directory of files, %s, cannot be written: %s",
+                            daemon->config.files, strerror(errno));
+    }
     const struct free_space_frames frames = {.files_images = PAIRS * RIG_SIDES};
     const int error = commands_calibration_check_rig(driver->call, &measuring_of(driver)->accepted);
     return error != ERROR_OK ? error : space_check_frames(driver->call, &frames);
@@ -135,12 +145,19 @@ static void read_surface(const struct surface_run *run, struct measure_surface *
 }
 
 static void explain(struct measure_driver *driver, int error) {
-    const struct surface_run *run = measuring_of(driver)->run;
-    struct message cause;
-    if (error != ERROR_NO_SURFACE) {
-        snprintf(driver->why, sizeof driver->why, "%s", run->message);
-    } else if (reconstruct_pictures_explain(&run->job.context, &cause)) {
-        snprintf(driver->why, sizeof driver->why, "%s", cause.text);
+    struct measuring *self = measuring_of(driver);
+    driver->surface.doubt = NULL;
+    if (error != ERROR_OK && error != ERROR_NO_SURFACE) {
+        snprintf(driver->why, sizeof driver->why, "%s", self->run->message);
+        return;
+    }
+    if (!reconstruct_pictures_explain(&self->run->job.context, &self->doubt)) {
+        return;
+    }
+    if (error == ERROR_OK) {
+        driver->surface.doubt = self->doubt.text;
+    } else {
+        snprintf(driver->why, sizeof driver->why, "%s", self->doubt.text);
     }
 }
 

@@ -21,8 +21,9 @@ static void add_step(struct session_notes *notes, const char *text) {
     }
 }
 
-/// A request begins another measurement. Returns whether it is a note of `measure`.
-static bool take_note(struct session_notes *notes, const char *text) {
+/// A request begins another measurement; `whole` keeps the one before if it came as far as its
+/// surface. Returns whether it is a request.
+static bool take_note(struct session_notes *notes, struct session_notes *whole, const char *text) {
     const char *words = after(text, SESSION_NOTE_MEASURE);
     const char *step = after(text, SESSION_NOTE_STEP);
     const char *surface = after(text, SESSION_NOTE_SURFACE);
@@ -31,6 +32,9 @@ static bool take_note(struct session_notes *notes, const char *text) {
     } else if (surface != NULL) {
         snprintf(notes->surface, sizeof notes->surface, "%s", surface);
     } else if (words != NULL) {
+        if (notes->surface[0] != '\0') {
+            *whole = *notes;
+        }
         notes->surface[0] = notes->steps[0] = '\0';
         snprintf(notes->request, sizeof notes->request, "%s", words);
     }
@@ -41,21 +45,28 @@ int session_notes_read(int parent, const char *path, struct session_notes *notes
                        struct message *message) {
     struct session_reader reader;
     struct session_event *event = malloc(sizeof *event);
+    struct session_notes *whole = calloc(1, sizeof *whole);
     notes->request[0] = notes->surface[0] = notes->steps[0] = '\0';
-    if (event == NULL) {
+    if (event == NULL || whole == NULL) {
+        free(event);
+        free(whole);
         return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     int got = session_reader_open(&reader, parent, path, event, message);
     if (got == ERROR_OK) {
         int measured = 0;
         while ((got = session_reader_next(&reader, event, message)) == 1) {
-            if (event->kind == SESSION_COMMAND && take_note(notes, event->text)) {
+            if (event->kind == SESSION_COMMAND && take_note(notes, whole, event->text)) {
                 measured = 1;
             }
         }
         session_reader_close(&reader);
         got = got == 0 ? measured : got;
     }
+    if (notes->surface[0] == '\0' && whole->surface[0] != '\0') {
+        *notes = *whole;
+    }
+    free(whole);
     free(event);
     return got;
 }

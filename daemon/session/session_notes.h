@@ -23,7 +23,8 @@ extern "C" {
 
 enum { SESSION_NOTES_STEPS_BYTES = 16384 };
 
-/// The last measurement of a session. Large: static or allocated.
+/// The last measurement of a session that came as far as its surface, else the last. Large: static
+/// or allocated.
 struct session_notes {
     char request[SESSION_TEXT_MAX + 1];
     char surface[SESSION_TEXT_MAX + 1];     // "": it ended before its surface

@@ -88,13 +88,14 @@ static void add_hole(struct command_text *text, const char *why) {
     }
 }
 
-void measure_text_add_result(struct command_text *text, const struct measure_result *result) {
+void measure_text_add_result(struct command_text *text, const struct measure_result *result,
+                             const char *why) {
     if (result->error != ERROR_OK) {
         command_text_add(text, "no surface: ");
         if (result->phase != MEASURE_SURFACE) {
             command_text_join(text, measure_phase_text(result->phase), ": ");
         }
-        command_text_add(text, error_text(result->error));
+        command_text_add(text, why[0] != '\0' ? why : error_text(result->error));
     } else {
         command_text_add(text, "points good to ");
         add_figure(text, result->sigma_mm);

@@ -20,8 +20,9 @@ const char *measure_advice_text(enum measure_advice advice);
 void measure_text_add_step(struct command_text *text, const struct measure_step *step);
 
 /// One sentence: what the result is good for, what it lost, what would make it better; of one
-/// without a surface, why.
-void measure_text_add_result(struct command_text *text, const struct measure_result *result);
+/// without a surface, why: `why`, unless it is "".
+void measure_text_add_result(struct command_text *text, const struct measure_result *result,
+                             const char *why);
 
 #ifdef __cplusplus
 }

@@ -318,12 +318,16 @@ static bool has_lost(const struct measure_result *result, enum measure_loss loss
     return (result->losses >> loss & 1) != 0;
 }
 
+static bool wants_light(const struct measure *self) {
+    const bool dark_parts = self->dark_part > MEASURE_DARK_PART_MIN &&
+                            has_lost(&self->result, MEASURE_LOSS_ONE_EXPOSURE);
+    return dark_parts || has_lost(&self->result, MEASURE_LOSS_DARK);
+}
+
 static enum measure_advice advice_for(const struct measure *self) {
     static const uint32_t of_lens =
         UINT32_C(1) << MEASURE_LOSS_NOT_ZOOMED | UINT32_C(1) << MEASURE_LOSS_NOT_SHARP;
     const struct measure_result *result = &self->result;
-    const bool dark_parts =
-        self->dark_part > MEASURE_DARK_PART_MIN && has_lost(result, MEASURE_LOSS_ONE_EXPOSURE);
     // A calibration does not fit two cameras of which one did not zoom.
     if (self->jammed && (result->losses & of_lens) != 0) {
         return MEASURE_ADVICE_FREE;
@@ -331,8 +335,11 @@ static enum measure_advice advice_for(const struct measure *self) {
     if (has_lost(result, MEASURE_LOSS_MISFIT)) {
         return MEASURE_ADVICE_CALIBRATE;
     }
-    if (dark_parts || has_lost(result, MEASURE_LOSS_DARK)) {
+    if (wants_light(self)) {
         return MEASURE_ADVICE_LIGHT;
+    }
+    if (has_lost(result, MEASURE_LOSS_UNLIKE)) {
+        return MEASURE_ADVICE_AIM;
     }
     if (result->sigma_mm > MEASURE_FAR_PART * result->depth_mm) {
         return MEASURE_ADVICE_NEARER;
@@ -369,6 +376,9 @@ static void take_figures(struct measure *self, const struct measure_event *event
     if (result->with_pair != 0 && !event->surface.with_used) {
         measure_lose(self, MEASURE_LOSS_ONE_ZOOM);
         result->with_pair = 0;
+    }
+    if (event->unlike) {
+        measure_lose(self, MEASURE_LOSS_UNLIKE);
     }
     if (event->misfit) {
         measure_lose(self, MEASURE_LOSS_MISFIT);

@@ -144,6 +144,7 @@ bool measure_prepare_middle(struct measure *self, struct measure_step *step) {
     }
     step->kind = MEASURE_STEP_FOCUS;
     step->axes = to;
-    measure_explain(step, choose_focus_reason(self), distance_mm, 0, 0, 0);
+    const double shown_mm = distance_mm > 0 ? distance_mm : middle_mm[2];
+    measure_explain(step, choose_focus_reason(self), shown_mm, 0, 0, 0);
     return true;
 }

@@ -112,6 +112,7 @@ struct measure_reason {
     X(NOT_EXPOSED, "the light could not be set: exposure and gain are as they were")       \
     X(DARK, "it is too dark")                                                              \
     X(ONE_EXPOSURE, "it was taken with one exposure only")                                 \
+    X(UNLIKE, "most of both pictures does not match: see the notes")                       \
     X(MISFIT, "the cameras are not where the calibration has them")                        \
     X(ONE_ZOOM, "without a second zoom all depths share a larger error")                   \
     X(STOPPED, "the instrument stopped after the pair")
@@ -192,6 +193,7 @@ struct measure_event {
     int error;    ///< 0, or why it failed
     bool lost;    ///< the instrument is not ready any more
     bool misfit;  ///< SURFACE: ADJUST_CALIBRATE of stereo/zoom/adjust_pair.h
+    bool unlike;  ///< SURFACE: most of the pictures does not match, which the pictures explain
     /// Where the motors are: read, not commanded; pan as commanded. NAN: not known. After the
     /// bring-up and each step that moves, and of a pair.
     struct zoom_state axes;
@@ -234,6 +236,7 @@ struct measure_event {
     X(NEARER, "aim at something nearer")                         \
     X(TEXTURE, "give it texture")                                \
     X(STILL, "keep it still")                                    \
+    X(AIM, "see that both cameras aim at it, unobstructed")      \
     X(CALIBRATE, "calibrate the instrument again")               \
     X(FREE, "free the lens that does not move")                  \
     X(SECOND_ZOOM,                                               \

@@ -21,7 +21,7 @@ enum {
     MARGIN = RADIUS + REACH + 3,
     STEPS = 6,
     PIXEL_Q16 = 1 << 16,
-    SETTLED_Q32 = 429497,          // square of a move that leaves a position as it is: 0.01 px
+    SETTLED_Q32 = 429497,          // square of the last move of an accepted position: 0.01 px
     SHIFT_MAX_Q16 = 2 << 16,       // along the row, from the match
     RISE_MAX_Q16 = 3 << 15,        // across the rows, from the best whole row
     GREY_BITS = 6,                 // fraction of resampled grey levels

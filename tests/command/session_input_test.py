@@ -205,6 +205,8 @@ class Reconstruct(Reconstructing):
         done = run("measure", "--scale=0.25", *files, "--", "-c", cwd=self.directory)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertTrue((self.directory / "-c-surface/points.pcd").exists())
+        self.assertEqual(run("measure", session, "--all", cwd=self.directory).returncode, 2)
+        add_notes(session, "# measure fit=2", "# measure step zoom out")  # cancelled: it does not hide the other
         about, = json.loads(run("info", session, "--json").stdout)
         self.assertEqual(about["measured"]["request"], "fit=900")
         self.assertIn("pair=1", about["measured"]["surface"])

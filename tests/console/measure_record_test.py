@@ -42,6 +42,11 @@ class MeasureRecord(DaemonTest):
         self.assertIn('after "record stop"', lines["note"])
         replayed = json.loads(self.run_here("replay", files / "r1", "--json").stdout)
         self.assertEqual((replayed["same"], replayed["pairs"]), (True, int(lines["captures"])))
+        # What is for the pictures is not swallowed where they stay at the instrument.
+        done = subprocess.run([VERGENCE, "--connect", f"unix:{self.path}", "reconstruct", "--board", "9x6"],
+                              capture_output=True, text=True, cwd=self.here, timeout=TIMEOUT_S, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("--board requires the pictures", done.stdout + done.stderr)
         self.run_here("measure", files / "r1", "--files", "mesh.ply,report.html")
         self.assertEqual((self.here / "r1-surface/mesh.ply").read_bytes(), (theirs / "mesh.ply").read_bytes())
         report = (self.here / "r1-surface/report.html").read_text(encoding="utf-8")

@@ -152,6 +152,16 @@ class Measure(DaemonTest):
         self.assertEqual(self.works("status")["state"], "ready")
         self.assertEqual(self.names("surface-stopped*"), [])
         self.assertGreater(self.works("reconstruct stopped near=1500 far=2500")["points"], 1000)
+        # Stopped when all pairs are there, it leaves what a PC needs.
+        client.send("@progress measure late fit=500 quick=yes\n")
+        self.progress_until(client, "surface:")
+        client.send("\x03")
+        answer = client.begun_answer()[-1]
+        self.assertTrue(answer.startswith("ERR CANCELLED measure: surface: "), answer)
+        self.assertIn('on a PC "vergence measure late"', answer)
+        with open(os.path.join(self.files, "late", "session.index"), encoding="ascii") as file:
+            self.assertIn("#%20measure%20surface%20pair=2", file.read())
+        self.ask("remove late")
         # A disk that is full before the surface leaves all that a PC needs to make it.
         client.send("@progress measure full fit=500 quick=yes\n")
         self.progress_until(client, "light:")
@@ -161,7 +171,7 @@ class Measure(DaemonTest):
             file.truncate(40_000_000 - used - 350_000)
         answer = client.begun_answer()[-1]
         self.assertTrue(answer.startswith("ERR FULL measure: surface: no room"), answer)
-        self.assertIn('full has 2 pairs ("reconstruct full")', answer)
+        self.assertIn('full has 2 pairs ("reconstruct full", or on a PC "vergence measure full")', answer)
         self.assertEqual(self.names("surface-full*"), [])
         with open(os.path.join(self.files, "full", "session.index"), encoding="ascii") as file:
             self.assertIn("#%20measure%20surface%20pair=2%20with-pair=1", file.read())

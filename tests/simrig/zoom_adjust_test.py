@@ -144,7 +144,12 @@ class ZoomAdjust(unittest.TestCase):
         marks = [",".join((*left[end], *right[end])) for end in ends]
         done, figures = self.measure(session.path, "--length", length, "--from", marks[0], "--to", marks[1])
         assert_better(figures, done, 2, 0.9)
-        # A wrong size is noticed.
+        # Marks of different things are refused, a wrong size is noticed.
+        elsewhere = ",".join(str(float(value) + 40 * (i == 3)) for i, value in enumerate(marks[0].split(",")))
+        done, _ = self.measure(session.path, "--length", length, "--from", elsewhere, "--to", marks[1])
+        self.refused(done, 3, "the board or the length does not fit it")
+        done, _ = self.measure(session.path, "--length", 1.25 * length, "--from", marks[0], "--to", marks[1])
+        self.assertIn("the known size does not fit", done.stderr)
         done, _ = self.measure(session.path, *board[:3], "27", *board[4:6], "--marker", "19.125")
         self.assertIn("the known size does not fit", done.stderr)
         self.assertNotIn("the known size", self.measure(session.path)[0].stderr)

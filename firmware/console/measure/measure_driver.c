@@ -163,7 +163,8 @@ static int carry_out(struct measure_driver *self) {
         return ERROR_OK;
     }
     self->why[0] = self->call->message[0] = '\0';
-    if (self->host->should_stop(self->call)) {
+    // A surface that is not computed here any more is noted, so that a PC can.
+    if (self->step.kind != MEASURE_STEP_SURFACE && self->host->should_stop(self->call)) {
         self->event.error = ERROR_CANCELLED;
     } else if (self->step.kind == MEASURE_STEP_LOOK) {
         look(self);
@@ -212,7 +213,11 @@ static int drive(struct measure_driver *self, const struct measure_request *requ
 }
 
 static int conclude(struct measure_driver *self, const struct measure_request *request) {
-    const struct measure_result *result = &self->machine.result;
+    struct measure_result *result = &self->machine.result;
+    const bool cancelled = result->error == ERROR_CANCELLED;
+    if (result->error == ERROR_NO_SURFACE && self->why[0] != '\0') {
+        result->advice = MEASURE_ADVICE_NOTHING;  // the reason has its own
+    }
     if (result->error == ERROR_OVERLAP && self->report.steps == 0) {
         return command_refuse(self->call, ERROR_OVERLAP,
                               "measure: nothing from %.0f to %.0f mm is in the view of both "
@@ -223,7 +228,8 @@ static int conclude(struct measure_driver *self, const struct measure_request *r
         measure_report_put_plan(&self->report, self->call, result);
     } else {
         self->report.seconds = elapsed_s(self);
-        measure_report_put(&self->report, self->call, self->name, self->pairs, request, result);
+        measure_report_put(&self->report, self->call, self->name, self->pairs, request, result,
+                           cancelled ? "" : self->why);
         self->call->message[0] = '\0';  // of steps that failed
     }
     if (result->error == ERROR_OK) {

@@ -74,6 +74,9 @@ void measure_report_surface(struct measure_report *self, const struct measure_su
                               : NULL;
     event->surface.with_used = surface->with_used;
     event->misfit = surface->misfit;
+    event->unlike = surface->doubt != NULL;
+    struct command_text doubt = command_text_begin(self->doubt, sizeof self->doubt);
+    command_text_add(&doubt, event->unlike ? surface->doubt : "");
 }
 
 void measure_report_no_surface(const struct reconstruct_result *result,
@@ -123,6 +126,10 @@ void measure_report_failure(const struct measure_report *self, const struct meas
         command_text_print(text, " has %u pair%s (\"reconstruct ", self->captures,
                            self->captures > 1 ? "s" : "");
         add_part(text, session, SESSION_SHOWN);
+        if (result->phase == MEASURE_SURFACE) {
+            command_text_add(text, "\", or on a PC \"vergence measure ");
+            add_part(text, session, SESSION_SHOWN);
+        }
         command_text_add(text, "\")");
     }
 }
@@ -199,7 +206,8 @@ static void put_surface(const struct measure_report *self, const struct command_
     put_reasons(self, call);
 }
 
-static void put_texts(const struct command_call *call, const struct measure_result *result) {
+static void put_texts(const struct measure_report *self, const struct command_call *call,
+                      const struct measure_result *result, const char *why) {
     reply_group_begin(call, "losses", true);
     for (unsigned loss = 0; loss < MEASURE_LOSSES; loss++) {
         if ((result->losses >> loss & 1) != 0) {
@@ -212,9 +220,14 @@ static void put_texts(const struct command_call *call, const struct measure_resu
         reply_text(call, NULL, measure_advice_text(result->advice));
     }
     reply_group_end(call);
+    reply_group_begin(call, "notes", true);
+    if (self->doubt[0] != '\0') {
+        reply_text(call, NULL, self->doubt);
+    }
+    reply_group_end(call);
     char sentence[SENTENCE_BYTES];
     struct command_text text = command_text_begin(sentence, sizeof sentence);
-    measure_text_add_result(&text, result);
+    measure_text_add_result(&text, result, why);
     reply_text(call, "sentence", sentence);
 }
 
@@ -229,8 +242,8 @@ void measure_report_put_plan(const struct measure_report *self, const struct com
 
 void measure_report_put(const struct measure_report *self, const struct command_call *call,
                         const char *name, const char *session,
-                        const struct measure_request *request,
-                        const struct measure_result *result) {
+                        const struct measure_request *request, const struct measure_result *result,
+                        const char *why) {
     char wish[WISH_BYTES];
     struct command_text words = command_text_begin(wish, sizeof wish);
     reply_text(call, "name", name);
@@ -257,5 +270,5 @@ void measure_report_put(const struct measure_report *self, const struct command_
     if (result->error == ERROR_OK) {
         put_surface(self, call, result);
     }
-    put_texts(call, result);
+    put_texts(self, call, result, why);
 }

@@ -24,6 +24,8 @@ struct measure_report_step {
 };
 
 /// Zeroed before. Large: not for a stack.
+enum { MEASURE_REPORT_DOUBT_BYTES = 256 };
+
 struct measure_report {
     struct measure_report_step step[MEASURE_REPORT_STEPS_MAX];
     int steps;
@@ -38,6 +40,7 @@ struct measure_report {
     uint32_t points, reason_count[REASON_COUNT];
     double depth_mm[SURFACE_FIGURES_QUANTILES];  ///< of the subject: 1 %, 50 %, 99 %
     double scale;                                ///< of the pictures that it was computed from
+    char doubt[MEASURE_REPORT_DOUBT_BYTES];      ///< as of the surface; "": none
 };
 
 /// Notes the next step. NULL: there are too many.
@@ -75,7 +78,8 @@ void measure_report_put_plan(const struct measure_report *self, const struct com
 /// none.
 void measure_report_put(const struct measure_report *self, const struct command_call *call,
                         const char *name, const char *session,
-                        const struct measure_request *request, const struct measure_result *result);
+                        const struct measure_request *request, const struct measure_result *result,
+                        const char *why);
 
 #ifdef __cplusplus
 }

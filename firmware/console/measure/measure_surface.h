@@ -35,6 +35,7 @@ struct measure_surface {
     double common_mm;                       ///< that all share at the median depth; < 0: not known
     bool with_used;                         ///< the pair at the other zoom helped
     bool misfit;                            ///< ADJUST_CALIBRATE of stereo/zoom/adjust_pair.h
+    const char *doubt;                      ///< why most of the pictures does not match; NULL
     double seconds;                         ///< of computing
 };
 

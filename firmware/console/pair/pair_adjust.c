@@ -86,6 +86,14 @@ static int make_picture(const struct pair *pair, const struct zoom_state *state,
     return ERROR_OK;
 }
 
+// Robust weights let go of what no place explains; corners and marks are seen within this.
+static const double target_off_max_px = 3;
+
+static int refuse_target(struct calibration_fault *fault) {
+    fault->reason = "the board or the length does not fit it (check its size and the marks)";
+    return ERROR_MISMATCH;
+}
+
 // Places a thing of known size, whose observations are those of the pair's two views, at `state`
 // of the adjustment, and corrects the cameras by it; they keep to it from here on.
 static int fit_target(const struct adjust_target *target, int state, struct arena *arena,
@@ -112,12 +120,13 @@ static int fit_target(const struct adjust_target *target, int state, struct aren
     for (int i = 0; i < STEPS; i++) {
         placed->sigma_px = from_far_to_near[i] * target->sigma_px;
         if (!adjust_target_place(adjustment->view, placed)) {
-            fault->reason = "the board or the length does not fit it (check its size)";
-            return ERROR_MISMATCH;
+            return refuse_target(fault);
         }
         (void)adjustment_solve(adjustment, NULL, 0);
     }
-    return ERROR_OK;
+    const bool fits = adjust_target_place(adjustment->view, placed) &&
+                      placed->residual_px < target_off_max_px;
+    return fits ? ERROR_OK : refuse_target(fault);
 }
 
 // Refines a pair by its own pictures, and by a thing of known size (NULL: none).

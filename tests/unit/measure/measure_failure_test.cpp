@@ -85,6 +85,17 @@ TEST_CASE("cameras that the calibration does not fit ask for a new one") {
     CHECK(result.advice == MEASURE_ADVICE_CALIBRATE);
 }
 
+TEST_CASE("pictures that do not match are a loss, however sure the few points are") {
+    World world(13);
+    world.meddle = [](const measure_step &step, measure_event &event) {
+        event.unlike = step.kind == MEASURE_STEP_SURFACE;
+    };
+    const measure_result result = run(world, wish(MEASURE_WISH_FIT, 360), whole_rig());
+    CHECK(result.error == ERROR_OK);
+    CHECK(lost(result, MEASURE_LOSS_UNLIKE));
+    CHECK(result.advice == MEASURE_ADVICE_AIM);
+}
+
 TEST_CASE("a light that could not be set is not called dark") {
     World world(17);
     world.meddle = [](const measure_step &step, measure_event &event) {

@@ -356,16 +356,22 @@ TEST_CASE("steps and results in words") {
         CHECK(text.length < 160);
     }
     command_text text = command_text_begin(bytes, sizeof bytes);
-    measure_text_add_result(&text, &result);
+    measure_text_add_result(&text, &result, "");
     CHECK(std::string(bytes) ==
           "points good to 1 mm at 1800 mm, all depths together to 1.5 mm; 90 % of the subject "
           "measured");
+    measure_result none = result;
+    none.error = ERROR_NO_SURFACE;
+    none.phase = MEASURE_SURFACE;
+    text = command_text_begin(bytes, sizeof bytes);
+    measure_text_add_result(&text, &none, "the right image is too dark: add light");
+    CHECK(std::string(bytes) == "no surface: the right image is too dark: add light");
     result.hole = "no texture: nothing to match";
     result.advice = MEASURE_ADVICE_BOARD;
     result.common_mm = 3.1;
     result.advised_mm = 0.8;
     text = command_text_begin(bytes, sizeof bytes);
-    measure_text_add_result(&text, &result);
+    measure_text_add_result(&text, &result, "");
     CHECK(std::string(bytes).find("into the view: 3.1 -> 0.8 mm") != std::string::npos);
     CHECK(std::string(bytes).find("measured, holes mostly: no texture; better") !=
           std::string::npos);
