@@ -45,8 +45,8 @@ struct measuring {
     int error_number;         // errno of the failure to write them; 0: none
 };
 
-/// Which local option a word is, as `NAME=...` or `--NAME`; < 0: none. `*has_value`: it contains the
-/// value.
+/// Which local option a word is, as `NAME=...` or `--NAME`; < 0: none. `*has_value`: it contains
+/// the value.
 static int find_local(const char *word, bool *has_value) {
     const char *name = strncmp(word, "--", 2) == 0 ? word + 2 : word;
     const size_t length = strcspn(name, "=");

@@ -17,10 +17,13 @@
 #include "daemon/commands/surface_run.h"
 #include "daemon/session/session_notes.h"
 #include "daemon/surface/reconstruct_pictures.h"
+#include "daemon/surface/result/result_figures.h"
 
 enum { PAIRS = 5 };  // that a measurement takes at most, but for those that moved
 
 static const double us_per_s = 1e6;
+// Of the pixels, measured: the objects of tools/figures before their blank wall have 23 % and more.
+static const double few_percent = 10;
 
 // One measurement. Allocated, as it is large.
 struct measuring {
@@ -28,7 +31,7 @@ struct measuring {
     struct zoom_calibration *zoom;   // NULL: none
     struct captured_pair *captured;  // in use by the driver
     struct surface_run *run;
-    bool accepted;  // the calibration is of another instrument, which was accepted
+    bool accepted;         // the calibration is of another instrument, which was accepted
     struct message doubt;  // of the surface's pictures
     bool request_noted;
     int noted;  // steps of the report that the session has
@@ -151,8 +154,14 @@ static void explain(struct measure_driver *driver, int error) {
         snprintf(driver->why, sizeof driver->why, "%s", self->run->message);
         return;
     }
-    if (!reconstruct_pictures_explain(&self->run->job.context, &self->doubt)) {
-        return;
+    const struct reconstruct_context *context = &self->run->job.context;
+    if (!reconstruct_pictures_explain(context, &self->doubt)) {
+        if (error == ERROR_NO_SURFACE ||
+            result_figures_density_percent(context->result) > few_percent) {
+            return;
+        }
+        message_set(&self->doubt, 0, "only %.0f %% of the pixels could be measured",
+                    result_figures_density_percent(context->result));
     }
     if (error == ERROR_OK) {
         driver->surface.doubt = self->doubt.text;

@@ -124,8 +124,8 @@ static int fit_target(const struct adjust_target *target, int state, struct aren
         }
         (void)adjustment_solve(adjustment, NULL, 0);
     }
-    const bool fits = adjust_target_place(adjustment->view, placed) &&
-                      placed->residual_px < target_off_max_px;
+    const bool fits =
+        adjust_target_place(adjustment->view, placed) && placed->residual_px < target_off_max_px;
     return fits ? ERROR_OK : refuse_target(fault);
 }
 

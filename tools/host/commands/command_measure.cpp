@@ -22,9 +22,9 @@
 namespace {
 
 /// Options of `reconstruct` that a session of `measure` decides, or that are for pictures.
-const char *const decided[] = {"pair",     "with-pair", "all",  "disparity", "rectified", "focal",
-                               "baseline", "unit",      "bayer", "bits",      "raw",
-                               "first-camera"};
+const char *const decided[] = {"pair",      "with-pair", "all",      "disparity",
+                               "rectified", "focal",     "baseline", "unit",
+                               "bayer",     "bits",      "raw",      "first-camera"};
 
 struct request {
     reconstruct_request surface;  // the first: offsets of its options are into this
