@@ -354,8 +354,8 @@ static int check(const struct command_call *call, bool *has_wish) {
         values[COMMANDS_ZOOM_RIGHT].given) {
         return command_refuse(
             call, ERROR_ARGUMENT,
-            "zoom: POSITION, side= and right= do not go with density=, fit=, distance= and "
-            "sharp=, which concern both lenses");
+            "zoom: POSITION, side= and right= do not go with density=, fit=, distance=, sharp= "
+            "and plan=, which concern both lenses");
     }
     return ERROR_OK;
 }
