@@ -198,8 +198,8 @@ class Reconstruct(Reconstructing):
         report = (made / "report.html").read_text(encoding="utf-8")
         self.assertIn("Decisions", report)
         self.assertIn("it is &lt;left&gt; &amp; far", report)
-        # Options replace the instrument's.
-        measure("--scale=0.25", *files, "--out", self.directory / "coarse")
+        # Options replace the instrument's, and near alone both depths.
+        measure("--scale=0.25", "--near", 2150, *files, "--out", self.directory / "coarse")
         self.assertLess(len((self.directory / "coarse/points.pcd").read_bytes()), len(points) / 2)
         os.symlink(session, self.directory / "-c")
         done = run("measure", "--scale=0.25", *files, "--", "-c", cwd=self.directory)

@@ -100,9 +100,9 @@ int refuse(int code, const std::string &text) {
 }
 
 /// Adds the instrument's words ("pair=3 near=1568.000") as options of the command line. A session
-/// may come from anywhere: only options that decide the surface are taken. False: there is another
-/// one, or a value that an instrument does not write.
-bool add_noted(const char *words, std::vector<std::string> *line) {
+/// may come from anywhere: only options that decide the surface are taken, without its depths if
+/// others are given. False: there is another one, or a value that an instrument does not write.
+bool add_noted(const char *words, bool with_depths, std::vector<std::string> *line) {
     char text[MESSAGE_BYTES];
     command_text why = command_text_begin(text, sizeof text);
     const command_parser parser = {"measure", reconstruct_arguments, RECONSTRUCT_SHARED, "", &why};
@@ -122,6 +122,9 @@ bool add_noted(const char *words, std::vector<std::string> *line) {
         const command_argument *option =
             std::find_if(reconstruct_arguments, reconstruct_arguments + RECONSTRUCT_SHARED,
                          [&](const command_argument &argument) { return name == argument.name; });
+        if (!with_depths && (name == "near" || name == "far")) {
+            continue;
+        }
         if (option->kind != COMMAND_FLAG) {
             line->insert(line->end(), {"--" + name, word.substr(name.size() + 1)});
         } else if (command_is_set(&values[option - reconstruct_arguments])) {
@@ -218,7 +221,7 @@ std::string out_of(std::string session) {
 }
 
 /// Adds what the session's notes say of its surface. "": they are as they must be.
-std::string read_noted(const char *session, std::vector<std::string> *line) {
+std::string read_noted(const char *session, bool with_depths, std::vector<std::string> *line) {
     const auto notes = std::make_unique<session_notes>();
     message why{};
     const int got = session_notes_read(AT_FDCWD, session, notes.get(), &why);
@@ -232,7 +235,7 @@ std::string read_noted(const char *session, std::vector<std::string> *line) {
         return std::string(session) +
                ": measure ended before its surface: use vergence reconstruct for its pairs";
     }
-    return add_noted(notes->surface, line)
+    return add_noted(notes->surface, with_depths, line)
                ? ""
                : std::string(session) + ": noted by another version of measure, or damaged (\"" +
                      notes->surface + "\"): use vergence reconstruct";
@@ -272,7 +275,8 @@ int command_measure(int argc, char **argv,
     }
     const std::string path = path_of(session);
     std::vector<std::string> line = {"reconstruct", path, "--out", out_of(path)};
-    wrong = read_noted(session, &line);
+    const double *depth_mm = asked.surface.depth_mm;
+    wrong = read_noted(session, !(depth_mm[0] > 0 || depth_mm[1] > 0), &line);
     if (!wrong.empty()) {
         return refuse(CLIENT_BAD_INPUT, wrong);
     }
