@@ -147,21 +147,26 @@ static void read_surface(const struct surface_run *run, struct measure_surface *
         context->self_calibrated && context->self_calibration.health == ADJUST_CALIBRATE;
 }
 
-static void explain(struct measure_driver *driver, int error) {
+// Only a surface that is kept is doubted: of a coarse one, whose pictures would be compared for
+// nothing, the subject alone is read.
+static void explain(struct measure_driver *driver, int error, bool keep) {
     struct measuring *self = measuring_of(driver);
     driver->surface.doubt = NULL;
     if (error != ERROR_OK && error != ERROR_NO_SURFACE) {
         snprintf(driver->why, sizeof driver->why, "%s", self->run->message);
         return;
     }
+    if (error == ERROR_OK && !keep) {
+        return;
+    }
     const struct reconstruct_context *context = &self->run->job.context;
     if (!reconstruct_pictures_explain(context, &self->doubt)) {
-        if (error == ERROR_NO_SURFACE ||
-            result_figures_density_percent(context->result) > few_percent) {
+        const double density_percent = result_figures_density_percent(context->result);
+        if (error == ERROR_NO_SURFACE || density_percent > few_percent) {
             return;
         }
         message_set(&self->doubt, 0, "only %.0f %% of the pixels could be measured",
-                    result_figures_density_percent(context->result));
+                    density_percent);
     }
     if (error == ERROR_OK) {
         driver->surface.doubt = self->doubt.text;
@@ -196,7 +201,7 @@ static int compute(struct measure_driver *driver, const struct measure_search *s
     self->run->captured = keep ? NULL : last_pair_use(&daemon_of(driver->call)->last_pair);
     const int error = surface_run_beside(self->run, driver->call);
     read_surface(self->run, &driver->surface);
-    explain(driver, error);
+    explain(driver, error, keep);
     if (error == ERROR_OK && keep && self->run->job.context.self_calibrated) {
         commands_calibration_adjusted(driver->call, &self->run->job.context.self_calibration);
     }
